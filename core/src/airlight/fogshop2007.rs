@@ -1,0 +1,182 @@
+//! Airlight in a sum of Gaussians and homogeneous fog as published (Fogshop 2007, eqs. 8–17),
+//! isotropic.
+//!
+//! Each blob's share of the integral is its line integral times the integrand at the projection of
+//! its centre onto the ray (eqs. 10–11). There the blob itself is attenuated along the true path
+//! light → projection → eye (eq. 12), all others along light → centre → eye (eq. 13). The
+//! homogeneous share is [`sun2005`] times C_sv (eqs. 15–17).
+//!
+//! Errata applied: cos γ towards the light (8); β₀ along light → centre → eye in eq. 13 (10);
+//! exponents added before exponentiating (11); projection clamped to the ray (13); dot and cross
+//! products for eq. 31 (14). Ours: with an orthographic camera, which has no single eye, a blob's
+//! eye is the point of the camera's plane straight in front of it.
+//!
+//! Against the exact integral the approximation is off by 5–30 % at the median, and by several
+//! times next to a light close to a blob.
+
+use super::{LEAST_MISS, MISS_FLOOR, sun2005};
+use crate::media::gaussians::Seen;
+use crate::media::{Field, toward};
+use crate::num::Num;
+use crate::vector::V3;
+use glam::DVec3;
+
+/// Where view rays start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eye {
+    /// All in one point.
+    Point(DVec3),
+    /// On a plane through this point, all in this unit direction.
+    Plane(DVec3, DVec3),
+}
+
+impl Eye {
+    /// Whether rays from both see the same, but for rounding.
+    pub fn is_same(&self, other: &Self) -> bool {
+        match (*self, *other) {
+            (Self::Point(a), Self::Point(b)) => a == b,
+            (Self::Plane(a, direction), Self::Plane(b, other)) => {
+                let apart = (a - b).dot(direction).abs();
+                direction == other && apart <= 1e-12 * (a.length() + b.length())
+            }
+            _ => false,
+        }
+    }
+
+    /// Where the ray starts that looks at `point`.
+    pub fn facing(&self, point: DVec3) -> DVec3 {
+        match *self {
+            Self::Point(eye) => eye,
+            Self::Plane(on, direction) => point - (point - on).dot(direction) * direction,
+        }
+    }
+}
+
+/// A blob and a light, relative to the eye: what eq. 12 and 13 need of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<N> {
+    /// a · (centre − light), without unit.
+    pub from_light: V3<N>,
+    /// Exponent of f¹ (eq. 13) with the blob's own two depths taken out again (eq. 12).
+    pub exponent: N,
+}
+
+/// Line integrals of one ray through one blob.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing<N> {
+    /// T_i(v, p).
+    pub depth: N,
+    /// T_i(v, b_i^r).
+    before: N,
+    /// a · (b_i^r − centre).
+    aside: V3<N>,
+    /// Squared distance of b_i^r from the centre in units of the radius.
+    aside2: N,
+}
+
+impl<N: Num> Crossing<N> {
+    /// Follows a ray through a blob; without `TAILS` the depth is off by up to 3e-6 · k in f32
+    /// lanes.
+    #[inline(always)]
+    pub fn new<const TAILS: bool>(blob: &Seen<N>, direction: V3<N>, length: N) -> Self {
+        let zero = length.lit(0.0);
+        let line = blob.line(direction, length);
+        let density = blob.k * line.peak;
+        let (start, end) = (line.start.erf(), line.end.erf());
+        let at = (-line.start).max(zero).min(line.end - line.start);
+        let shift = at + line.start;
+        let between = if TAILS { N::erf_difference(line.start, line.end) } else { end - start };
+        Self {
+            depth: density * between,
+            before: density * (end.min(zero) - start.min(zero)),
+            aside: direction.scale(at) - blob.b,
+            aside2: shift.mul_add(shift, line.miss2),
+        }
+    }
+
+    /// Follows a ray through a blob in which it neither starts nor ends.
+    #[inline(always)]
+    pub fn whole(blob: &Seen<N>, direction: V3<N>) -> Self {
+        let miss2 = blob.b.cross(direction).length_squared();
+        let before = blob.k * (-miss2).exp();
+        let aside = direction.scale(blob.b.dot(direction)) - blob.b;
+        Self { depth: before + before, before, aside, aside2: miss2 }
+    }
+
+    /// L_i per unit of ω·I₀/(4π) [1/m²] (eq. 11).
+    #[inline(always)]
+    pub fn scattered(&self, blob: &Seen<N>, lit: &Lit<N>, floor: N) -> N {
+        // The way from the light to b_i^r: as a sum of vectors it keeps a small distance's digits.
+        let way = lit.from_light + self.aside;
+        let distance2 = way.length_squared().max((blob.a * floor).squared());
+        let distance = distance2.sqrt();
+        let inverse = floor.lit(1.0) / distance;
+        // Its ends, counted from its point closest to the centre.
+        let end = self.aside.dot(way) * inverse;
+        let start = end - distance;
+        let miss2 = (self.aside2 - end.squared()).max(floor.lit(0.0));
+        let own = blob.k * (-miss2).exp() * N::erf_plain_difference(start, end);
+        let falloff = (blob.a * inverse).squared();
+        self.depth * (lit.exponent - own - self.before).exp() * falloff
+    }
+}
+
+/// What the published method knows of one light before any ray: f¹ of every blob and C_sv.
+#[derive(Clone, Debug)]
+pub struct LightSide {
+    /// Exponent of [`Lit`] for each blob of the field.
+    pub exponents: Vec<f64>,
+    /// C_sv (eq. 16).
+    pub homogeneous_factor: f64,
+}
+
+impl LightSide {
+    /// From the depths T(v, b) and T(s, b) of all blobs' own centres, without homogeneous part.
+    pub fn new(field: &Field, eye: Eye, light: DVec3, to_eye: &[f64], to_light: &[f64]) -> Self {
+        let beta = field.homogeneous.beta;
+        let exponents = field.blobs.iter().zip(to_eye).zip(to_light).map(|((blob, tv), ts)| {
+            let from = eye.facing(blob.center);
+            let (d_eye, d_light) = (from.distance(blob.center), light.distance(blob.center));
+            // The blob's own part of a path that ends at its centre: half depth times erf.
+            let own = |d: f64| blob.half_depth() * libm::erf(blob.a * d);
+            own(d_eye) + own(d_light) - tv - ts - beta * (d_eye + d_light)
+        });
+        let (direction, distance) = toward(light, eye.facing(light));
+        let along = field.blobs.iter().map(|b| b.optical_depth(light, direction, distance));
+        Self { exponents: exponents.collect(), homogeneous_factor: (-along.sum::<f64>()).exp() }
+    }
+}
+
+/// T without homogeneous part from a path's start to each blob's centre, to rounding.
+pub fn depths_to_centers(field: &Field, from: impl Fn(DVec3) -> DVec3) -> Vec<f64> {
+    field.blobs.iter().map(|blob| depth_to_center(field, from(blob.center), blob.center)).collect()
+}
+
+/// The same of one path.
+pub fn depth_to_center(field: &Field, start: DVec3, center: DVec3) -> f64 {
+    let (direction, length) = toward(start, center);
+    field
+        .near_segment(start, direction, length, |blob| blob.optical_depth(start, direction, length))
+}
+
+/// L_a per unit of ω·I₀ [1/m²] along a ray in the unit `direction` up to `length` [m].
+pub fn airlight(
+    field: &Field,
+    side: &LightSide,
+    light: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+    length: f64,
+) -> f64 {
+    let floor = (MISS_FLOOR * light.distance(origin).max(length)).max(LEAST_MISS);
+    let ray = V3::from(direction);
+    let blobs = field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {
+        let seen = blob.seen_from(origin);
+        let from_light = V3::from((blob.center - light) * blob.a);
+        let lit = Lit { from_light, exponent: *exponent };
+        Crossing::new::<true>(&seen, ray, length).scattered(&seen, &lit, floor)
+    });
+    let beta = field.homogeneous.beta;
+    let homogeneous = sun2005::airlight(beta, (light - origin).into(), ray, length);
+    side.homogeneous_factor * homogeneous + blobs.sum::<f64>() / (4.0 * std::f64::consts::PI)
+}

@@ -1,0 +1,124 @@
+//! Up to 256 rays side by side, one array per coordinate, as SIMD lanes want them.
+
+use fearless_simd::Simd;
+
+use crate::num::Lanes;
+use crate::vector::V3;
+use glam::Vec3;
+
+/// Pixels along the side of a tile.
+pub const TILE: usize = 16;
+/// Rays of a batch.
+pub const SIZE: usize = TILE * TILE;
+
+/// One number a ray.
+pub type Row = [f32; SIZE];
+/// One vector a ray.
+pub type Rows = [Row; 3];
+
+/// Rays: a tile of pixels in rows, or any others.
+#[derive(Clone)]
+pub struct Rays {
+    /// How many are in use; the rest repeat the last one.
+    pub count: usize,
+    /// Unit directions.
+    pub direction: Rows,
+    /// Where each starts, relative to the viewpoint [m]; zero under perspective.
+    pub offset: Rows,
+}
+
+/// Where rays end.
+#[derive(Clone)]
+pub struct Hits {
+    /// Distance along the ray [m]; `far_m` where nothing is hit.
+    pub length: Row,
+    /// Unit normal, towards the eye; zero where nothing is hit.
+    pub normal: Rows,
+    /// Place among the scene's surfaces, or [`NOTHING`].
+    pub surface: [u32; SIZE],
+}
+
+/// Marks a ray that hits nothing.
+pub const NOTHING: u32 = u32::MAX;
+
+/// What the fog does along rays.
+#[derive(Clone)]
+pub struct Fogged {
+    /// Optical depth.
+    pub depth: Row,
+    /// Airlight [W/(m² sr)].
+    pub airlight: Rows,
+}
+
+impl Rays {
+    /// No rays yet.
+    pub fn empty() -> Self {
+        Self { count: 0, direction: [[0.0; SIZE]; 3], offset: [[0.0; SIZE]; 3] }
+    }
+
+    /// Appends a ray of another batch.
+    pub fn push(&mut self, from: &Self, at: usize) {
+        for k in 0..3 {
+            self.direction[k][self.count] = from.direction[k][at];
+            self.offset[k][self.count] = from.offset[k][at];
+        }
+        self.count += 1;
+    }
+
+    /// Repeats the last ray to the end, so that whole registers may be read.
+    pub fn pad(&mut self) {
+        let Some(last) = self.count.checked_sub(1) else { return };
+        for rows in [&mut self.direction, &mut self.offset] {
+            for row in rows {
+                let value = row[last];
+                row[self.count..].fill(value);
+            }
+        }
+    }
+}
+
+impl Hits {
+    /// Nothing hit up to `far_m`.
+    pub fn nothing(far_m: f32) -> Self {
+        Self { length: [far_m; SIZE], normal: [[0.0; SIZE]; 3], surface: [NOTHING; SIZE] }
+    }
+
+    /// Copies where one ray of another batch ends.
+    pub fn copy(&mut self, at: usize, from: &Self, place: usize) {
+        self.length[at] = from.length[place];
+        self.surface[at] = from.surface[place];
+        for k in 0..3 {
+            self.normal[k][at] = from.normal[k][place];
+        }
+    }
+
+    /// Repeats the ray at `last` to the end.
+    pub fn pad(&mut self, last: usize) {
+        let (length, surface) = (self.length[last], self.surface[last]);
+        self.length[last..].fill(length);
+        self.surface[last..].fill(surface);
+        for row in &mut self.normal {
+            let value = row[last];
+            row[last..].fill(value);
+        }
+    }
+}
+
+impl Fogged {
+    /// Clear air.
+    pub fn clear() -> Self {
+        Self { depth: [0.0; SIZE], airlight: [[0.0; SIZE]; 3] }
+    }
+}
+
+/// The lanes of three rows from `at` on.
+#[inline(always)]
+pub fn load3<S: Simd>(simd: S, rows: &Rows, at: usize) -> V3<Lanes<S>> {
+    let [x, y, z] = rows;
+    V3::new(Lanes::load(simd, &x[at..]), Lanes::load(simd, &y[at..]), Lanes::load(simd, &z[at..]))
+}
+
+/// One vector of three rows.
+pub fn get3(rows: &Rows, at: usize) -> Vec3 {
+    Vec3::new(rows[0][at], rows[1][at], rows[2][at])
+}

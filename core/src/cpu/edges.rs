@@ -1,0 +1,128 @@
+//! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
+//! orientation or another depth are sampled again, within their area.
+
+use super::batch::{Hits, Rays, SIZE, get3};
+use super::frame::Context;
+use crate::request::Layer;
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Replaces edge pixels by the mean of their samples.
+pub fn resolve(context: &Context, hits: &[Hits], pixels: &mut [f32]) {
+    let channels = context.view.layer.channels();
+    let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
+    let resolved: Vec<_> = (0..context.grid.count())
+        .into_par_iter()
+        .map(|index| {
+            let places = edge_places(context, hits, index);
+            let over = places.is_empty() || context.progress.is_over();
+            if over { Vec::new() } else { sample_tile(context, index, &places, &shifts) }
+        })
+        .collect();
+    for (index, values) in resolved.iter().enumerate() {
+        let tile = context.grid.tile(index);
+        for (place, value) in values {
+            let (x, y) = tile.pixel(*place);
+            let start = (y * context.grid.width + x) * channels;
+            pixels[start..start + channels].copy_from_slice(&value[..channels]);
+        }
+    }
+}
+
+/// Places of the tile whose pixel differs from a neighbour.
+fn edge_places(context: &Context, hits: &[Hits], index: usize) -> Vec<usize> {
+    let tile = context.grid.tile(index);
+    let differs = |place: &usize| {
+        let (x, y) = tile.pixel(*place);
+        let neighbours = [(x + 1, y), (x, y + 1), (x.wrapping_sub(1), y), (x, y.wrapping_sub(1))];
+        context.grid.contains((x, y))
+            && neighbours.into_iter().filter(|at| context.grid.contains(*at)).any(|(nx, ny)| {
+                let (tile, at) = context.grid.locate(nx, ny);
+                is_edge(&hits[index], *place, &hits[tile], at)
+            })
+    };
+    (0..SIZE).filter(differs).collect()
+}
+
+fn is_edge(a: &Hits, i: usize, b: &Hits, j: usize) -> bool {
+    if a.surface[i] != b.surface[j] {
+        return true;
+    }
+    let (normal, other) = (get3(&a.normal, i), get3(&b.normal, j));
+    let (near, far) = (a.length[i].min(b.length[j]), a.length[i].max(b.length[j]));
+    let bent = normal != other && normal.dot(other) < 0.8;
+    // A jump between two parts of one surface that face the same way.
+    bent || far > 1.5 * near
+}
+
+/// Samples all edge pixels of a tile at every shift, as many samples at once as a batch holds.
+fn sample_tile(
+    context: &Context,
+    index: usize,
+    places: &[usize],
+    shifts: &[DVec2],
+) -> Vec<(usize, [f32; 3])> {
+    let mut sums = vec![([0.0f32; 3], 0.0f32); places.len()];
+    let mut batch = Batch::new(context);
+    let (rays, hits) = context.trace(index, shifts);
+    for (tile_rays, tile_hits) in rays.iter().zip(&hits) {
+        for (pixel, place) in places.iter().enumerate() {
+            if batch.rays.count == SIZE {
+                batch.flush(context, &mut sums);
+            }
+            batch.hits.copy(batch.rays.count, tile_hits, *place);
+            batch.rays.push(tile_rays, *place);
+            batch.pixels.push(pixel);
+        }
+    }
+    batch.flush(context, &mut sums);
+    let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
+    places.iter().copied().zip(sums.into_iter().map(mean)).collect()
+}
+
+/// Samples that wait to be computed together.
+struct Batch {
+    rays: Rays,
+    hits: Hits,
+    /// Which edge pixel each belongs to.
+    pixels: Vec<usize>,
+}
+
+impl Batch {
+    fn new(context: &Context) -> Self {
+        Self { rays: Rays::empty(), hits: Hits::nothing(context.far_m), pixels: Vec::new() }
+    }
+
+    /// Adds the samples' weighted values to their pixels' sums.
+    fn flush(&mut self, context: &Context, sums: &mut [([f32; 3], f32)]) {
+        let Some(last) = self.rays.count.checked_sub(1) else { return };
+        self.rays.pad();
+        self.hits.pad(last);
+        let fogged = context.fog(&self.rays, &self.hits);
+        let surface = context.shade(&self.rays, &self.hits);
+        for (at, pixel) in self.pixels.drain(..).enumerate() {
+            let value = context.compose(&self.hits, &surface, &fogged, at);
+            let weight = weight(context, value);
+            let (sum, weights) = &mut sums[pixel];
+            *weights += weight;
+            (0..3).for_each(|k| sum[k] += weight * value[k]);
+        }
+        self.rays.count = 0;
+    }
+}
+
+/// On a screen a lamp's rim is a rim only if its radiance counts no more than white.
+fn weight(context: &Context, value: [f32; 3]) -> f32 {
+    if !(context.view.for_screen && context.view.layer == Layer::Beauty) {
+        return 1.0;
+    }
+    let exposed = value.into_iter().fold(0.0, f32::max) * context.view.exposure_ev.exp2() as f32;
+    1.0 / (1.0 + exposed)
+}
+
+/// Evenly spread places in a pixel: the additive recurrence of the plastic number.
+fn shifts(count: usize) -> Vec<DVec2> {
+    const PLASTIC: f64 = 1.324_717_957_244_746;
+    let step = DVec2::new(1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC));
+    (0..count).map(|i| (0.5 + step * i as f64).fract()).collect()
+}

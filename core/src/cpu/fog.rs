@@ -1,0 +1,195 @@
+//! Optical depth and airlight of a batch of rays.
+
+use super::batch::{Fogged, Hits, Rays, Row, Rows, SIZE, get3, load3};
+use super::blobs::{BlobList, Purpose};
+use super::frame::{Context, Lamp};
+use super::kernels::{self, LightRow, add_airlight};
+use crate::airlight::fogshop2007::LightSide;
+use crate::airlight::{Method, reference, sun2005};
+use crate::geometry::bundle::Bundle;
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::{Simd, dispatch};
+use glam::{DVec3, Vec3};
+
+/// What the published airlight needs of one light and every blob, as a kernel reads it.
+pub struct LitBlobs {
+    /// a · (centre − light), and the exponent of f¹.
+    blobs: Vec<[f32; 4]>,
+    exponents: Vec<f64>,
+    homogeneous_factor: f64,
+}
+
+impl LitBlobs {
+    /// Packs a light's side of the published method.
+    pub fn new(context: &Context, light: DVec3, side: LightSide) -> Self {
+        let blobs = context.field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {
+            let from = (blob.center - light) * blob.a;
+            let numbers = [from.x, from.y, from.z, *exponent];
+            numbers.map(|number| number as f32)
+        });
+        Self {
+            blobs: blobs.collect(),
+            exponents: side.exponents,
+            homogeneous_factor: side.homogeneous_factor,
+        }
+    }
+}
+
+/// Optical depth, and airlight if `lit`, along rays that end at `hits`.
+pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
+    let mut fogged = Fogged::clear();
+    if context.field.is_empty() {
+        return fogged;
+    }
+    let beta = context.field.homogeneous.beta as f32;
+    fogged.depth = hits.length.map(|length| length * beta);
+    let method = if lit { context.method } else { Method::None };
+    let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
+    let list = blobs_on_view(context, rays, hits, purpose);
+    if method != Method::Fogshop2007 {
+        add_depth(context, &list, rays, &hits.length, &mut fogged.depth);
+    }
+    match method {
+        Method::None => {}
+        Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
+        Method::Reference => add_reference(context, rays, hits, &mut fogged.airlight),
+        Method::Fogshop2007 => {
+            let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
+            add_homogeneous(context, rays, hits, factor, &mut fogged.airlight);
+            add_blobs(context, &list, rays, hits, &mut fogged);
+        }
+    }
+    fogged
+}
+
+fn blobs_on_view(context: &Context, rays: &Rays, hits: &Hits, purpose: Purpose) -> BlobList {
+    if context.field.blobs.is_empty() {
+        return BlobList::default();
+    }
+    let position = context.viewpoint.position;
+    let lengths = &hits.length[..rays.count];
+    let shortest = f64::from(lengths.iter().copied().fold(f32::INFINITY, f32::min));
+    let longest = f64::from(lengths.iter().copied().fold(0.0, f32::max));
+    let Some(bundle) = bundle(position, rays, longest) else {
+        return all_blobs(context, position, longest, purpose);
+    };
+    let mut near = Vec::new();
+    context.field.picture_tree().visit(&bundle, |place| near.push(place));
+    BlobList::new(context.field, &bundle, shortest, purpose, near.into_iter())
+}
+
+/// Bounds view rays around the camera: in f32, by chords, which keep the digits of small angles.
+fn bundle(position: DVec3, rays: &Rays, longest: f64) -> Option<Bundle> {
+    let places = || 0..rays.count;
+    let axis = places().map(|at| get3(&rays.direction, at)).sum::<Vec3>().normalize();
+    let largest = |values: &mut dyn Iterator<Item = f32>| f64::from(values.fold(0.0, f32::max));
+    let chord2 = largest(&mut places().map(|at| get3(&rays.direction, at).distance_squared(axis)));
+    let radius2 = largest(&mut places().map(|at| get3(&rays.offset, at).length_squared()));
+    let half = 0.5 * chord2.sqrt() + 1e-7;
+    let cos = 1.0 - 2.0 * half * half;
+    if cos < 0.17 {
+        return None;
+    }
+    let tan = (1.0 - cos * cos).sqrt() / cos;
+    let radius = radius2.sqrt() * 1.000_001;
+    let axis = axis.as_dvec3().normalize();
+    Some(Bundle { origin: position, axis, radius, tan, length: longest + radius })
+}
+
+/// Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
+fn all_blobs(context: &Context, origin: DVec3, length: f64, purpose: Purpose) -> BlobList {
+    let bundle = Bundle::all_around(origin, length);
+    BlobList::new(context.field, &bundle, 0.0, purpose, 0..context.field.blobs.len())
+}
+
+fn add_depth(context: &Context, list: &BlobList, rays: &Rays, length: &Row, depth: &mut Row) {
+    let parallel = context.viewpoint.parallel;
+    dispatch!(context.level, simd => if parallel {
+        kernels::add_depth::<_, true>(simd, list, rays, length, depth);
+    } else {
+        kernels::add_depth::<_, false>(simd, list, rays, length, depth);
+    });
+}
+
+fn add_homogeneous(
+    context: &Context,
+    rays: &Rays,
+    hits: &Hits,
+    factor: impl Fn(usize) -> f64,
+    airlight: &mut Rows,
+) {
+    if context.field.homogeneous.beta == 0.0 {
+        return;
+    }
+    for (i, lamp) in context.lamps.iter().enumerate() {
+        let intensity = (factor(i) * lamp.scattered).as_vec3();
+        dispatch!(context.level, simd => {
+            add_sun(simd, context, lamp, intensity, (rays, hits), airlight);
+        });
+    }
+}
+
+#[inline(always)]
+fn add_sun<S: Simd>(
+    simd: S,
+    context: &Context,
+    lamp: &Lamp,
+    intensity: Vec3,
+    (rays, hits): (&Rays, &Hits),
+    airlight: &mut Rows,
+) {
+    let one = Lanes::splat(simd, 1.0);
+    let beta = one.lit(context.field.homogeneous.beta);
+    for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+        let direction = load3(simd, &rays.direction, at);
+        let light = V3::lit(one, lamp.from_camera) - load3(simd, &rays.offset, at);
+        let length = Lanes::load(simd, &hits.length[at..]);
+        let value = sun2005::airlight(beta, light, direction, length);
+        accumulate(simd, value, intensity, airlight, at);
+    }
+}
+
+#[inline(always)]
+fn accumulate<S: Simd>(simd: S, value: Lanes<S>, rgb: Vec3, rows: &mut Rows, at: usize) {
+    for (k, row) in rows.iter_mut().enumerate() {
+        let sum = value.mul_add(Lanes::splat(simd, rgb[k]), Lanes::load(simd, &row[at..]));
+        sum.store(&mut row[at..]);
+    }
+}
+
+fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
+    let pairs = context.lamps.iter().zip(&context.lit_blobs);
+    let lights: Vec<_> = pairs
+        .map(|(lamp, lit)| LightRow {
+            scattered: (lamp.scattered / (4.0 * std::f64::consts::PI)).as_vec3().to_array(),
+            distance: lamp.from_camera.length() as f32,
+            blobs: &lit.blobs,
+            position: lamp.from_camera,
+            exponents: &lit.exponents,
+        })
+        .collect();
+    let (length, parallel) = (&hits.length, context.viewpoint.parallel);
+    dispatch!(context.level, simd => if parallel {
+        add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
+    } else {
+        add_airlight::<_, false>(simd, list, &lights, rays, length, fogged);
+    });
+}
+
+/// Ray by ray in f64.
+fn add_reference(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Rows) {
+    for at in 0..rays.count.min(SIZE) {
+        if context.progress.is_over() {
+            return;
+        }
+        let origin = context.viewpoint.position + get3(&rays.offset, at).as_dvec3();
+        let direction = get3(&rays.direction, at).as_dvec3().normalize();
+        let length = f64::from(hits.length[at]);
+        for lamp in &context.lamps {
+            let unit = reference::airlight(context.field, lamp.position, origin, direction, length);
+            let radiance = (unit * lamp.scattered).as_vec3();
+            airlight.iter_mut().enumerate().for_each(|(k, row)| row[at] += radiance[k]);
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! One frame on the CPU, read top to bottom as a list of passes over tiles.
+
+use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE};
+use super::cache::Cache;
+use super::fog::LitBlobs;
+use super::trace::Tracer;
+use super::viewpoint::{Grid, Viewpoint};
+use super::{edges, fog, shade, upsample};
+use crate::airlight::Method;
+use crate::airlight::fogshop2007::LightSide;
+use crate::geometry::Geometry;
+use crate::media::Field;
+use crate::renderer::{Frame, Interrupted, Progress};
+use crate::request::{Layer, Quality, View};
+use crate::scene::{CheckedScene, Material};
+use fearless_simd::{Level, dispatch};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Where a pixel is sampled: its centre.
+pub const CENTER: DVec2 = DVec2::splat(0.5);
+
+/// A light as the passes need it.
+pub struct Lamp {
+    /// Where it is [m].
+    pub position: DVec3,
+    /// The same relative to the camera [m].
+    pub from_camera: DVec3,
+    /// Radiant intensity [W/sr].
+    pub intensity: DVec3,
+    /// Intensity times the fog's albedo [W/sr].
+    pub scattered: DVec3,
+}
+
+/// What every pass of a frame reads.
+pub struct Context<'a> {
+    /// SIMD of this machine.
+    pub level: Level,
+    /// Surfaces.
+    pub geometry: &'a Geometry,
+    /// Extinction.
+    pub field: &'a Field,
+    /// The camera.
+    pub viewpoint: Viewpoint,
+    /// The picture.
+    pub grid: Grid,
+    /// Where a ray that meets nothing ends [m].
+    pub far_m: f32,
+    /// The enabled lights.
+    pub lamps: Vec<Lamp>,
+    /// The airlight estimator.
+    pub method: Method,
+    /// For the published airlight, one a lamp.
+    pub lit_blobs: Vec<LitBlobs>,
+    /// Diffuse, specular, emission and shininess of every surface.
+    pub materials: Vec<[f32; 10]>,
+    /// What stands for a material where nothing is hit.
+    pub background: [f32; 10],
+    /// Radiance of the veil.
+    pub ambient: [f32; 3],
+    /// What is asked for.
+    pub view: View,
+    /// Whether to go on.
+    pub progress: &'a Progress,
+}
+
+/// Renders one layer.
+pub fn render(
+    cache: &Cache,
+    scene: &CheckedScene,
+    view: &View,
+    progress: &Progress,
+) -> Result<Frame, Interrupted> {
+    let mut clock = Clock::start(progress);
+    let (geometry, field) = (cache.geometry(scene), cache.field(scene));
+    clock.lap("prepare")?;
+    let mut context = Context::new(scene, &geometry, &field, view, progress);
+
+    let hits = first_hits(&context);
+    clock.lap("surfaces")?;
+
+    context.lit_blobs = light_sides(&context, cache, scene);
+    clock.lap("light_depth")?;
+
+    let draft = view.quality == Quality::Draft && context.needs_low_resolution();
+    let low = draft.then(|| upsample::Low::render(&context, &hits));
+    let low = low.as_ref();
+    clock.lap_if(draft, "low_resolution")?;
+
+    let surface = surfaces(&context, &hits, low);
+    clock.lap("surface_radiance")?;
+
+    let fogged = fog_along_views(&context, &hits, low);
+    clock.lap("airlight")?;
+
+    let mut pixels = compose_tiles(&context, &hits, &surface, &fogged);
+    clock.lap("composite")?;
+
+    if view.samples.is_some_and(|samples| samples > 1) {
+        edges::resolve(&context, &hits, &mut pixels);
+        clock.lap("edges")?;
+    }
+    let (width, height) = (context.grid.width, context.grid.height);
+    Ok(Frame { width, height, layer: view.layer, pixels, timings: clock.laps })
+}
+
+impl<'a> Context<'a> {
+    fn new(
+        scene: &CheckedScene,
+        geometry: &'a Geometry,
+        field: &'a Field,
+        view: &View,
+        progress: &'a Progress,
+    ) -> Self {
+        let grid = Grid { width: view.width as usize, height: view.height as usize };
+        let viewpoint = Viewpoint::new(&scene.camera, grid.width, grid.height);
+        let lamps = scene.lights().map(|(_, light)| {
+            let (position, intensity) = (light.position.vector(), light.intensity.vector());
+            let scattered = intensity * scene.fog.albedo.vector();
+            Lamp { position, from_camera: position - viewpoint.position, intensity, scattered }
+        });
+        let [r, g, b] = scene.background.0.map(|v| v as f32);
+        Self {
+            level: Level::new(),
+            geometry,
+            field,
+            viewpoint,
+            grid,
+            far_m: scene.far_m as f32,
+            lamps: lamps.collect(),
+            method: Method::new(scene.fog.airlight, field),
+            lit_blobs: Vec::new(),
+            materials: geometry.materials.iter().map(numbers).collect(),
+            background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
+            ambient: scene.fog.ambient.0.map(|v| v as f32),
+            view: *view,
+            progress,
+        }
+    }
+
+    /// Whether the layer shows light that the fog scatters.
+    pub fn shows_airlight(&self) -> bool {
+        matches!(self.view.layer, Layer::Beauty | Layer::Airlight)
+    }
+
+    /// Whether the layer shows lit surfaces.
+    pub fn shows_surfaces(&self) -> bool {
+        matches!(self.view.layer, Layer::Beauty | Layer::Surface)
+    }
+
+    /// Whether the layer depends on the fog along view rays.
+    pub fn shows_fog(&self) -> bool {
+        self.shows_airlight()
+            || matches!(self.view.layer, Layer::OpticalDepth | Layer::Transmittance)
+    }
+
+    fn needs_low_resolution(&self) -> bool {
+        !self.field.is_empty() && (self.shows_fog() || self.shows_surfaces())
+    }
+
+    /// A tile's rays at every shift within their pixels, and their first hits.
+    pub fn trace(&self, index: usize, shifts: &[DVec2]) -> (Vec<Rays>, Vec<Hits>) {
+        let tile = self.grid.tile(index);
+        let rays: Vec<_> = shifts.iter().map(|shift| self.viewpoint.tile(tile, *shift)).collect();
+        let tracer = Tracer::new(self.geometry, &self.viewpoint, tile, shifts);
+        let hits = dispatch!(self.level, simd => tracer.trace(simd, &rays, self.far_m));
+        (rays, hits)
+    }
+
+    /// What the fog does along a batch, as far as the layer shows it.
+    pub fn fog(&self, rays: &Rays, hits: &Hits) -> Fogged {
+        if self.shows_fog() {
+            fog::along(self, rays, hits, self.shows_airlight())
+        } else {
+            Fogged::clear()
+        }
+    }
+
+    /// Surface radiance of a batch, every light's depth exact; black if the layer shows none.
+    pub fn shade(&self, rays: &Rays, hits: &Hits) -> Rows {
+        if !self.shows_surfaces() {
+            return [[0.0; SIZE]; 3];
+        }
+        let depths: Vec<_> =
+            self.lamps.iter().map(|lamp| shade::light_depth(self, lamp, rays, hits)).collect();
+        shade::surface_radiance(self, rays, hits, &depths)
+    }
+
+    /// The layer's value at one place of a batch; unused channels are 0.
+    pub fn compose(&self, hits: &Hits, surface: &Rows, fogged: &Fogged, at: usize) -> [f32; 3] {
+        let depth = fogged.depth[at];
+        let through = (-depth).exp();
+        match self.view.layer {
+            Layer::Beauty => [0, 1, 2].map(|k| {
+                let veil = self.ambient[k] * -(-depth).exp_m1();
+                surface[k][at] * through + fogged.airlight[k][at] + veil
+            }),
+            Layer::Airlight => [0, 1, 2].map(|k| fogged.airlight[k][at]),
+            Layer::Surface => [0, 1, 2].map(|k| surface[k][at]),
+            Layer::Normal => [0, 1, 2].map(|k| hits.normal[k][at]),
+            Layer::OpticalDepth => [depth, 0.0, 0.0],
+            Layer::Transmittance => [through, 0.0, 0.0],
+            Layer::Depth => [hits.length[at], 0.0, 0.0],
+        }
+    }
+}
+
+fn numbers(material: &Material) -> [f32; 10] {
+    let [d, s, e] = [material.diffuse.0, material.specular.0, material.emission.0];
+    let all = [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2], material.shininess];
+    all.map(|v| v as f32)
+}
+
+fn tiles<T: Send>(context: &Context, work: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    (0..context.grid.count()).into_par_iter().map(work).collect()
+}
+
+fn first_hits(context: &Context) -> Vec<Hits> {
+    let traced = tiles(context, |index| context.trace(index, &[CENTER]).1);
+    traced.into_iter().flatten().collect()
+}
+
+/// For the published airlight: what lies between every blob and the lights and the eye.
+fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Vec<LitBlobs> {
+    if context.method != Method::Fogshop2007 || !context.shows_airlight() {
+        return Vec::new();
+    }
+    let eye = context.viewpoint.eye();
+    let to_eye = super::centers::depths(context, |center| eye.facing(center));
+    let side = |lamp: &Lamp| {
+        let make = || super::centers::depths(context, |_| lamp.position);
+        let to_light: Arc<Vec<f64>> = cache.to_light(scene, lamp.position, make);
+        let side = LightSide::new(context.field, eye, lamp.position, &to_eye, &to_light);
+        LitBlobs::new(context, lamp.position, side)
+    };
+    context.lamps.iter().map(side).collect()
+}
+
+fn surfaces(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Vec<Rows> {
+    if !context.shows_surfaces() {
+        return Vec::new();
+    }
+    tiles(context, |index| {
+        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+        match low {
+            Some(low) => {
+                let depths = low.light_depths(context, index, &rays, &hits[index]);
+                shade::surface_radiance(context, &rays, &hits[index], &depths)
+            }
+            None => context.shade(&rays, &hits[index]),
+        }
+    })
+}
+
+fn fog_along_views(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Vec<Fogged> {
+    if !context.shows_fog() {
+        return Vec::new();
+    }
+    context.progress.start(context.grid.count());
+    tiles(context, |index| {
+        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+        if context.progress.is_over() {
+            return Fogged::clear();
+        }
+        context.progress.advance();
+        match low {
+            Some(low) => low.fog(context, index, &rays, &hits[index]),
+            None => context.fog(&rays, &hits[index]),
+        }
+    })
+}
+
+fn compose_tiles(
+    context: &Context,
+    hits: &[Hits],
+    surface: &[Rows],
+    fogged: &[Fogged],
+) -> Vec<f32> {
+    let (channels, width) = (context.view.layer.channels(), context.grid.width);
+    let (black, clear) = ([[0.0; SIZE]; 3], Fogged::clear());
+    let mut pixels = vec![0.0; width * context.grid.height * channels];
+    pixels.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.chunks_mut(channels).enumerate() {
+            let (tile, at) = context.grid.locate(x, y);
+            let surface = surface.get(tile).unwrap_or(&black);
+            let fogged = fogged.get(tile).unwrap_or(&clear);
+            let value = context.compose(&hits[tile], surface, fogged, at);
+            pixel.copy_from_slice(&value[..channels]);
+        }
+    });
+    pixels
+}
+
+/// Times passes, and stops between them.
+struct Clock<'a> {
+    progress: &'a Progress,
+    since: Instant,
+    laps: Vec<(&'static str, Duration)>,
+}
+
+impl<'a> Clock<'a> {
+    fn start(progress: &'a Progress) -> Self {
+        Self { progress, since: Instant::now(), laps: Vec::new() }
+    }
+
+    fn lap(&mut self, name: &'static str) -> Result<(), Interrupted> {
+        self.lap_if(true, name)
+    }
+
+    fn lap_if(&mut self, ran: bool, name: &'static str) -> Result<(), Interrupted> {
+        if ran {
+            self.laps.push((name, self.since.elapsed()));
+        }
+        self.since = Instant::now();
+        if self.progress.is_over() { Err(Interrupted) } else { Ok(()) }
+    }
+}
+
+/// Whether a place of a batch sees no surface.
+pub fn is_nothing(hits: &Hits, at: usize) -> bool {
+    hits.surface[at] == NOTHING
+}
+
+/// One row of zeros for each light.
+pub fn rows_for_lamps(context: &Context) -> Vec<Row> {
+    vec![[0.0; SIZE]; context.lamps.len()]
+}

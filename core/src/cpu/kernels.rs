@@ -1,0 +1,197 @@
+//! The two inner loops of a picture: optical depth of blobs along rays, and with it their published
+//! airlight. Rays stand in lanes, blobs are walked one by one.
+
+use super::batch::{Fogged, Rays, Row, SIZE, get3, load3};
+use super::blobs::{BlobList, Packed};
+use crate::airlight::MISS_FLOOR;
+use crate::airlight::fogshop2007::{Crossing, Lit};
+use crate::media::gaussians::Seen;
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::Simd;
+use glam::DVec3;
+
+/// One light as the airlight kernel reads it.
+pub struct LightRow<'a> {
+    /// ω·I/(4π) [W/sr].
+    pub scattered: [f32; 3],
+    /// Distance from the camera [m].
+    pub distance: f32,
+    /// For every blob of the field: a · (centre − light), and the exponent of f¹.
+    pub blobs: &'a [[f32; 4]],
+    /// The light relative to the list's origin [m].
+    pub position: DVec3,
+    /// The exponents in f64.
+    pub exponents: &'a [f64],
+}
+
+impl Packed {
+    /// The blob relative to rays that start at `offset`.
+    #[inline(always)]
+    fn seen<S: Simd, const PARALLEL: bool>(&self, simd: S, offset: V3<Lanes<S>>) -> Seen<Lanes<S>> {
+        let (a, b) = (Lanes::splat(simd, self.a), splat3(simd, self.b));
+        let b = if PARALLEL { b - offset.scale(a) } else { b };
+        Seen { b, a, k: Lanes::splat(simd, self.k) }
+    }
+}
+
+// No closures over lanes here: array::map would be compiled without the lanes' instructions.
+#[inline(always)]
+fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> V3<Lanes<S>> {
+    V3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z))
+}
+
+/// Adds the blobs' depth along every ray. Rays start at the list's origin, or at offsets from it
+/// if `PARALLEL`.
+#[inline(always)]
+pub fn add_depth<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    list: &BlobList,
+    rays: &Rays,
+    length: &Row,
+    depth: &mut Row,
+) {
+    for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
+        let direction = load3(simd, &rays.direction, at);
+        let offset = load3(simd, &rays.offset, at);
+        let length = Lanes::load(simd, &length[at..]);
+        let mut sum = Lanes::load(simd, &depth[at..]);
+        for blob in &list.cut {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).plain_depth(direction, length);
+        }
+        for blob in &list.dense {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).optical_depth(direction, length);
+        }
+        for blob in &list.whole {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).whole_depth(direction);
+        }
+        sum.store(&mut depth[at..]);
+    }
+    for (_, blob) in &list.opaque {
+        for (at, depth) in depth[..rays.count].iter_mut().enumerate() {
+            let ray = ExactRay::new(rays, length, at);
+            *depth += ray.blob(blob).optical_depth(ray.direction, ray.length) as f32;
+        }
+    }
+}
+
+/// One ray in f64.
+struct ExactRay {
+    offset: V3<f64>,
+    direction: V3<f64>,
+    length: f64,
+}
+
+impl ExactRay {
+    fn new(rays: &Rays, length: &Row, at: usize) -> Self {
+        let direction = get3(&rays.direction, at).as_dvec3().normalize();
+        let offset = get3(&rays.offset, at).as_dvec3();
+        let length = f64::from(length[at]);
+        Self { offset: offset.into(), direction: direction.into(), length }
+    }
+
+    /// The blob relative to the ray's start.
+    fn blob(&self, blob: &Seen<f64>) -> Seen<f64> {
+        Seen { b: blob.b - self.offset.scale(blob.a), ..*blob }
+    }
+}
+
+/// Adds depth and airlight of all blobs in one go: the light's part reuses the line integral.
+#[inline(always)]
+pub fn add_airlight<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    list: &BlobList,
+    lights: &[LightRow<'_>],
+    rays: &Rays,
+    length: &Row,
+    fogged: &mut Fogged,
+) {
+    for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
+        let direction = load3(simd, &rays.direction, at);
+        let offset = load3(simd, &rays.offset, at);
+        let length = Lanes::load(simd, &length[at..]);
+        let mut sum = Sum {
+            depth: Lanes::load(simd, &fogged.depth[at..]),
+            airlight: load3(simd, &fogged.airlight, at),
+        };
+        for blob in &list.cut {
+            let seen = blob.seen::<S, PARALLEL>(simd, offset);
+            let crossing = Crossing::new::<false>(&seen, direction, length);
+            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+        }
+        for blob in &list.dense {
+            let seen = blob.seen::<S, PARALLEL>(simd, offset);
+            let crossing = Crossing::new::<true>(&seen, direction, length);
+            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+        }
+        for blob in &list.whole {
+            let seen = blob.seen::<S, PARALLEL>(simd, offset);
+            let crossing = Crossing::whole(&seen, direction);
+            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+        }
+        let Sum { depth, airlight } = sum;
+        depth.store(&mut fogged.depth[at..]);
+        airlight.x.store(&mut fogged.airlight[0][at..]);
+        airlight.y.store(&mut fogged.airlight[1][at..]);
+        airlight.z.store(&mut fogged.airlight[2][at..]);
+    }
+    for (place, blob) in &list.opaque {
+        for at in 0..rays.count {
+            let ray = ExactRay::new(rays, length, at);
+            add_opaque(*place, &ray.blob(blob), &ray, lights, at, fogged);
+        }
+    }
+}
+
+/// Depth and airlight of one opaque blob along one ray, in f64.
+fn add_opaque(
+    place: usize,
+    blob: &Seen<f64>,
+    ray: &ExactRay,
+    lights: &[LightRow<'_>],
+    at: usize,
+    fogged: &mut Fogged,
+) {
+    let crossing = Crossing::new::<true>(blob, ray.direction, ray.length);
+    fogged.depth[at] += crossing.depth as f32;
+    for light in lights {
+        let to_light = V3::from(light.position) - ray.offset;
+        let from_light = blob.b - to_light.scale(blob.a);
+        let lit = Lit { from_light, exponent: light.exponents[place] };
+        let floor = MISS_FLOOR * ray.length.max(f64::from(light.distance));
+        let value = crossing.scattered(blob, &lit, floor) as f32;
+        for (row, scattered) in fogged.airlight.iter_mut().zip(light.scattered) {
+            row[at] += value * scattered;
+        }
+    }
+}
+
+struct Sum<S: Simd> {
+    depth: Lanes<S>,
+    airlight: V3<Lanes<S>>,
+}
+
+impl<S: Simd> Sum<S> {
+    /// Adds what one blob takes away and, lit by every light, sends along the ray.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        simd: S,
+        length: Lanes<S>,
+        seen: &Seen<Lanes<S>>,
+        crossing: &Crossing<Lanes<S>>,
+        lights: &[LightRow<'_>],
+        place: u32,
+    ) {
+        self.depth += crossing.depth;
+        for light in lights {
+            let [x, y, z, exponent] = light.blobs[place as usize];
+            let lit =
+                Lit { from_light: splat3(simd, [x, y, z]), exponent: Lanes::splat(simd, exponent) };
+            let reach = length.max(Lanes::splat(simd, light.distance));
+            let floor = reach * reach.lit(MISS_FLOOR);
+            let value = crossing.scattered(seen, &lit, floor);
+            self.airlight = self.airlight + splat3(simd, light.scattered).scale(value);
+        }
+    }
+}

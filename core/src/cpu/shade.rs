@@ -1,0 +1,153 @@
+//! Surface radiance of a batch of hits: direct light through the fog, and emission.
+
+use super::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
+use super::blobs::{BlobList, Purpose};
+use super::frame::{Context, Lamp};
+use super::kernels::add_depth;
+use crate::airlight::MISS_FLOOR;
+use crate::geometry::bundle::Bundle;
+use crate::num::{Lanes, Num};
+use crate::surface::attenuated::reflection;
+use crate::vector::V3;
+use fearless_simd::{Simd, dispatch};
+use glam::Vec3;
+
+/// Optical depth from one light to every hit.
+pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
+    let mut paths = Rays::empty();
+    let mut length = [0.0; SIZE];
+    paths.count = rays.count;
+    // From the light to the hits, relative to the camera: its own digits are not lost far away.
+    let light = lamp.from_camera.as_vec3();
+    for at in 0..SIZE {
+        for k in 0..3 {
+            let reach = rays.direction[k][at] * hits.length[at];
+            paths.direction[k][at] = rays.offset[k][at] + reach - light[k];
+        }
+        let [x, y, z] = paths.direction.each_ref().map(|row| row[at]);
+        length[at] = (x * x + y * y + z * z).sqrt();
+        let inverse = 1.0 / length[at].max(f32::MIN_POSITIVE);
+        paths.direction.iter_mut().for_each(|row| row[at] *= inverse);
+    }
+    let mut depth = length.map(|d| d * context.field.homogeneous.beta as f32);
+    if context.field.blobs.is_empty() || hits.surface.iter().all(|s| *s == NOTHING) {
+        return depth;
+    }
+    let list = blobs_between(context, lamp, &paths, hits, &length);
+    dispatch!(context.level, simd => {
+        add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
+    });
+    depth
+}
+
+/// The blobs between a light and the hits, which lie at the ends of `paths`.
+fn blobs_between(
+    context: &Context,
+    lamp: &Lamp,
+    paths: &Rays,
+    hits: &Hits,
+    length: &Row,
+) -> BlobList {
+    let from_light = |at: usize| get3(&paths.direction, at) * length[at];
+    let lit = || (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
+    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut shortest = f32::INFINITY;
+    for at in lit() {
+        let point = from_light(at);
+        (min, max, shortest) = (min.min(point), max.max(point), shortest.min(length[at]));
+    }
+    let middle = 0.5 * (min + max);
+    let radius2 = lit().map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
+    let radius = f64::from(radius2.sqrt()) * 1.000_001;
+    let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
+    match Bundle::toward_ball(origin, center, radius) {
+        Some(bundle) => {
+            let mut near = Vec::new();
+            context.field.picture_tree().visit(&bundle, |place| near.push(place));
+            BlobList::new(
+                context.field,
+                &bundle,
+                f64::from(shortest),
+                Purpose::Depth,
+                near.into_iter(),
+            )
+        }
+        // A light among the hits: they lie all around it.
+        None => {
+            let all = Bundle::all_around(origin, origin.distance(center) + radius);
+            BlobList::new(context.field, &all, 0.0, Purpose::Depth, 0..context.field.blobs.len())
+        }
+    }
+}
+
+/// Radiance that the hits send towards the eye, given each light's depth to them.
+pub fn surface_radiance(context: &Context, rays: &Rays, hits: &Hits, depths: &[Row]) -> Rows {
+    dispatch!(context.level, simd => radiance_in_lanes(simd, context, rays, hits, depths))
+}
+
+#[inline(always)]
+fn radiance_in_lanes<S: Simd>(
+    simd: S,
+    context: &Context,
+    rays: &Rays,
+    hits: &Hits,
+    depths: &[Row],
+) -> Rows {
+    let one = Lanes::splat(simd, 1.0);
+    let mut radiance = [[0.0; SIZE]; 3];
+    for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+        let surfaces = &hits.surface[at..at + Lanes::<S>::COUNT];
+        let material = MaterialLanes::gather(simd, context, surfaces);
+        let direction = load3(simd, &rays.direction, at);
+        let length = Lanes::load(simd, &hits.length[at..]);
+        let point = load3(simd, &rays.offset, at) + direction.scale(length);
+        let normal = load3(simd, &hits.normal, at);
+        let mut sum = material.emission;
+        for (lamp, depth) in context.lamps.iter().zip(depths) {
+            let light = V3::lit(one, lamp.from_camera) - point;
+            let floor = length * one.lit(MISS_FLOOR);
+            let reflected = reflection(normal, direction, light, material.shininess, floor);
+            let through = (-Lanes::load(simd, &depth[at..])).exp();
+            let factor = material.diffuse.scale(reflected.diffuse)
+                + material.specular.scale(reflected.specular);
+            sum = sum + factor * V3::lit(one, lamp.intensity).scale(through);
+        }
+        sum.x.store(&mut radiance[0][at..]);
+        sum.y.store(&mut radiance[1][at..]);
+        sum.z.store(&mut radiance[2][at..]);
+    }
+    radiance
+}
+
+/// Materials of as many hits as there are lanes.
+struct MaterialLanes<S: Simd> {
+    diffuse: V3<Lanes<S>>,
+    specular: V3<Lanes<S>>,
+    shininess: Lanes<S>,
+    emission: V3<Lanes<S>>,
+}
+
+impl<S: Simd> MaterialLanes<S> {
+    #[inline(always)]
+    fn gather(simd: S, context: &Context, surfaces: &[u32]) -> Self {
+        let mut rows = [[0.0f32; 16]; 10];
+        for (lane, surface) in surfaces.iter().enumerate() {
+            let material = context.materials.get(*surface as usize).unwrap_or(&context.background);
+            for (row, value) in rows.iter_mut().zip(material) {
+                row[lane] = *value;
+            }
+        }
+        let [a, b, c, d, e, f, g, h, i, j] = &rows;
+        Self {
+            diffuse: load_rows(simd, [a, b, c]),
+            specular: load_rows(simd, [d, e, f]),
+            emission: load_rows(simd, [g, h, i]),
+            shininess: Lanes::load(simd, j),
+        }
+    }
+}
+
+#[inline(always)]
+fn load_rows<S: Simd>(simd: S, [x, y, z]: [&[f32]; 3]) -> V3<Lanes<S>> {
+    V3::new(Lanes::load(simd, x), Lanes::load(simd, y), Lanes::load(simd, z))
+}

@@ -1,0 +1,482 @@
+//! First hits of a tile of rays: the hierarchy is walked once for the whole tile, front to back, and
+//! what remains is met by as many rays at once as there are lanes.
+
+use super::batch::{Hits, NOTHING, Rays, Row, SIZE, TILE, get3, load3};
+use super::viewpoint::{Tile, Viewpoint};
+use crate::geometry::{Geometry, Plane, Solid, Triangle};
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::{Simd, SimdBase, SimdMask};
+use glam::{DVec2, DVec3, Vec3};
+
+/// Solids between two looks at how far the tile's farthest ray still reaches.
+const SOLIDS_A_LOOK: usize = 24;
+/// Marks an id as a plane's; ids of solids are places in [`Geometry::solids`].
+const PLANE: u32 = 1 << 31;
+
+/// What a tile's walk through the geometry needs.
+pub struct Tracer<'a> {
+    geometry: &'a Geometry,
+    viewpoint: &'a Viewpoint,
+    /// The anchor relative to the camera [m].
+    anchor: DVec3,
+    /// Smallest and largest shift of the rays within their pixels.
+    shifts: [DVec2; 2],
+    tile: Tile,
+    sides: [Side; 4],
+}
+
+/// A plane that bounds a tile's rays; points on its positive side are outside.
+#[derive(Clone, Copy, Default)]
+struct Side {
+    normal: Vec3,
+    offset: f32,
+}
+
+/// Rays, one for each pixel of the tile, and their nearest hits so far.
+struct Sample<'r> {
+    rays: &'r Rays,
+    best: Best,
+}
+
+/// Nearest hits so far.
+struct Best {
+    length: Row,
+    /// Barycentric weights of the first two corners.
+    u: Row,
+    v: Row,
+    /// Bits of an id.
+    id: Row,
+}
+
+impl<'a> Tracer<'a> {
+    /// For one tile whose rays are shifted by `shifts` within their pixels.
+    pub fn new(
+        geometry: &'a Geometry,
+        viewpoint: &'a Viewpoint,
+        tile: Tile,
+        shifts: &[DVec2],
+    ) -> Self {
+        let least = shifts.iter().copied().fold(DVec2::ONE, DVec2::min);
+        let most = shifts.iter().copied().fold(DVec2::ZERO, DVec2::max);
+        let anchor = geometry.anchor - viewpoint.position;
+        let origin = DVec2::new(tile.x as f64, tile.y as f64);
+        let size = TILE as f64;
+        let corners = [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)];
+        let corners = corners.map(|(x, y)| viewpoint.ray(origin + DVec2::new(x, y)));
+        let sides =
+            [0, 1, 2, 3].map(|k| Side::between(corners[k], corners[(k + 1) % 4], viewpoint));
+        Self { geometry, viewpoint, anchor, shifts: [least, most], tile, sides }
+    }
+
+    /// Where the rays end: for each shift the rays of the whole tile, all in one walk.
+    #[inline(always)]
+    pub fn trace<S: Simd>(&self, simd: S, rays: &[Rays], far_m: f32) -> Vec<Hits> {
+        let zero = [0.0; SIZE];
+        let nothing = [f32::from_bits(NOTHING); SIZE];
+        let mut samples = Vec::with_capacity(rays.len());
+        for rays in rays {
+            let mut best = Best { length: [far_m; SIZE], u: zero, v: zero, id: nothing };
+            for (id, plane) in (PLANE..).zip(&self.geometry.planes) {
+                self.meet_plane(simd, plane, id, rays, &mut best);
+            }
+            samples.push(Sample { rays, best });
+        }
+        self.walk(simd, &mut samples);
+        samples.iter().map(|sample| self.resolve(sample.rays, &sample.best)).collect()
+    }
+
+    #[inline(always)]
+    fn walk<S: Simd>(&self, simd: S, samples: &mut [Sample<'_>]) {
+        let nodes = &self.geometry.bvh.nodes;
+        let shift = self.anchor.as_vec3();
+        let forward = self.viewpoint.forward.as_vec3();
+        let axial = |at: usize| {
+            let aabb = &nodes[at].aabb;
+            let (min, max) = (Vec3::from(aabb.min) + shift, Vec3::from(aabb.max) + shift);
+            let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
+            let outside = self.sides.iter().any(|side| side.excludes(middle, half));
+            let near = middle.dot(forward) - half.dot(forward.abs());
+            let behind = middle.dot(forward) + half.dot(forward.abs()) < 0.0;
+            (!outside && !behind).then_some((near, at))
+        };
+        let mut stack = [(0.0f32, 0usize); 128];
+        let mut top = 0;
+        if let Some(root) = nodes.first().and_then(|_| axial(0)) {
+            (stack[0], top) = (root, 1);
+        }
+        let (mut farthest, mut met) = (f32::INFINITY, 0);
+        while top > 0 {
+            top -= 1;
+            let (near, at) = stack[top];
+            if near > farthest {
+                continue;
+            }
+            let node = &nodes[at];
+            let first = node.first_index as usize;
+            if node.prim_count > 0 {
+                let places = first..first + node.prim_count as usize;
+                met += places.len();
+                for place in places {
+                    self.meet(simd, place, samples);
+                }
+                if met >= SOLIDS_A_LOOK {
+                    (farthest, met) = (0.0, 0);
+                    for sample in &*samples {
+                        farthest = largest(simd, &sample.best.length).max(farthest);
+                    }
+                }
+                continue;
+            }
+            let pair = match (axial(first), axial(first + 1)) {
+                (Some(a), Some(b)) if a.0 < b.0 => [Some(b), Some(a)],
+                pair => [pair.0, pair.1],
+            };
+            for child in pair.into_iter().flatten() {
+                // The builder keeps trees shallower than this; a deeper one would be cut here.
+                if top < stack.len() {
+                    stack[top] = child;
+                    top += 1;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn meet<S: Simd>(&self, simd: S, place: usize, samples: &mut [Sample<'_>]) {
+        let id = place as u32;
+        match self.geometry.solids[place] {
+            Solid::Triangle(at) => {
+                let triangle = &self.geometry.triangles[at as usize];
+                self.meet_triangle(simd, triangle, id, samples);
+            }
+            Solid::Sphere { center, radius, .. } => {
+                let to = self.anchor + center.as_dvec3();
+                let power = to.length_squared() - f64::from(radius).powi(2);
+                for Sample { rays, best } in samples {
+                    self.meet_sphere(simd, (to, power, f64::from(radius)), id, rays, best);
+                }
+            }
+            Solid::Box { min, max, .. } => {
+                let corners = [min, max].map(|corner| self.anchor + corner.as_dvec3());
+                for Sample { rays, best } in samples {
+                    self.meet_box(simd, corners, id, rays, best);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn meet_plane<S: Simd>(&self, simd: S, plane: &Plane, id: u32, rays: &Rays, best: &mut Best) {
+        let one = Lanes::splat(simd, 1.0);
+        let normal = V3::lit(one, plane.normal);
+        let height = one.lit(plane.normal.dot(self.anchor + plane.point));
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let distance = (height - normal.dot(offset)) / normal.dot(direction);
+            best.keep(simd, at, one.lit(0.0).lt(distance), distance, (one, one), id);
+        }
+    }
+
+    #[inline(always)]
+    fn meet_sphere<S: Simd>(
+        &self,
+        simd: S,
+        (to, power, radius): (DVec3, f64, f64),
+        id: u32,
+        rays: &Rays,
+        best: &mut Best,
+    ) {
+        let one = Lanes::splat(simd, 1.0);
+        let zero = one.lit(0.0);
+        let center = V3::lit(one, to);
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let to = center - offset;
+            // The power of the origin, |to|² − r²: formed in f64 where it would cancel most.
+            let power = one.lit(power) + offset.dot(offset - center - center);
+            let along = to.dot(direction);
+            let half2 = one.lit(radius * radius) - to.cross(direction).length_squared();
+            let half = half2.max(zero).sqrt();
+            let outside = zero.lt(power);
+            let distance = Lanes::select(outside, power / (along + half), along + half);
+            let distance = Lanes::select(half2.lt(zero), -one, distance);
+            best.keep(simd, at, zero.lt(distance), distance, (one, one), id);
+        }
+    }
+
+    #[inline(always)]
+    fn meet_box<S: Simd>(
+        &self,
+        simd: S,
+        [min, max]: [DVec3; 2],
+        id: u32,
+        rays: &Rays,
+        best: &mut Best,
+    ) {
+        let one = Lanes::splat(simd, 1.0);
+        let (min, max) = (V3::lit(one, min), V3::lit(one, max));
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let inverse = V3::new(
+                one / guarded(direction.x),
+                one / guarded(direction.y),
+                one / guarded(direction.z),
+            );
+            let (a, b) = ((min - offset) * inverse, (max - offset) * inverse);
+            let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
+            let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
+            let zero = one.lit(0.0);
+            let distance = Lanes::select(zero.lt(near), near, far);
+            let distance = Lanes::select(far.lt(near), -one, distance);
+            best.keep(simd, at, zero.lt(distance), distance, (one, one), id);
+        }
+    }
+
+    /// Edge functions: volumes of the ray's direction (under parallel projection its offset) with
+    /// the corners, equal and opposite for the two triangles of an edge, so that none leaves a gap.
+    #[inline(always)]
+    fn meet_triangle<S: Simd>(
+        &self,
+        simd: S,
+        triangle: &Triangle,
+        id: u32,
+        samples: &mut [Sample<'_>],
+    ) {
+        let shift = self.anchor.as_vec3();
+        let [a, b, c] = triangle.corners.map(|corner| corner + shift);
+        let Some(area) = self.covered([a, b, c]) else { return };
+        let edges = Edges::new([a, b, c], self.viewpoint);
+        let [u, v, w, numerator] = edges.0;
+        let edges = [u.lanes(simd), v.lanes(simd), w.lanes(simd)];
+        let numerator = numerator.lanes(simd);
+        let lanes = Lanes::<S>::COUNT;
+        for Sample { rays, best } in samples {
+            let variable = if self.viewpoint.parallel { &rays.offset } else { &rays.direction };
+            for y in area.top..=area.bottom {
+                for x in (area.left / lanes * lanes..=area.right).step_by(lanes) {
+                    let at = y * TILE + x;
+                    let ray = load3(simd, variable, at);
+                    best.meet(simd, at, &edges, &numerator, ray, id);
+                }
+            }
+        }
+    }
+
+    /// The tile's pixels that a triangle may cover.
+    fn covered(&self, corners: [Vec3; 3]) -> Option<Area> {
+        let forward = self.viewpoint.forward.as_vec3();
+        let (x, y) = self.viewpoint.picture_axes();
+        let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for corner in corners {
+            let depth = corner.dot(forward);
+            let scale = if self.viewpoint.parallel { 1.0 } else { depth };
+            // Close to the eye's plane the projection says nothing.
+            if scale < 1e-3 * corner.abs().max_element() {
+                return Some(Area { left: 0, right: TILE - 1, top: 0, bottom: TILE - 1 });
+            }
+            let at = Vec3::new(corner.dot(x) / scale, corner.dot(y) / scale, depth);
+            (min, max) = (min.min(at), max.max(at));
+        }
+        let [least, most] = self.shifts;
+        let range = |min: f32, max: f32, size: f64, start: usize, shift: [f64; 2]| {
+            // Pixels whose sample lies within, and a hundredth for the rounding of projections.
+            let place = |v: f32| (f64::from(v) + 1.0) * 0.5 * size - start as f64;
+            let first = (place(min) - shift[1] - 0.01).ceil().max(0.0);
+            let last = (place(max) - shift[0] + 0.01).floor().min(TILE as f64 - 1.0);
+            (first <= last).then_some((first as usize, last as usize))
+        };
+        let size = self.viewpoint.size();
+        let (left, right) = range(min.x, max.x, size.x, self.tile.x, [least.x, most.x])?;
+        let (top, bottom) = range(min.y, max.y, size.y, self.tile.y, [least.y, most.y])?;
+        Some(Area { left, right, top, bottom })
+    }
+
+    /// Normals and surfaces of the nearest hits.
+    fn resolve(&self, rays: &Rays, best: &Best) -> Hits {
+        let mut hits = Hits::nothing(0.0);
+        hits.length = best.length;
+        for at in 0..SIZE {
+            let id = best.id[at].to_bits();
+            if id == NOTHING {
+                continue;
+            }
+            let direction = get3(&rays.direction, at);
+            let offset = get3(&rays.offset, at);
+            let point = offset + direction * best.length[at] - self.anchor.as_vec3();
+            let (normal, surface) = if id & PLANE != 0 {
+                let plane = &self.geometry.planes[(id & !PLANE) as usize];
+                (plane.normal.as_vec3(), plane.surface)
+            } else {
+                let weights = [best.u[at], best.v[at]];
+                self.normal(&self.geometry.solids[id as usize], point, weights, direction)
+            };
+            let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+            let normal = normal.normalize_or_zero();
+            hits.surface[at] = surface;
+            for k in 0..3 {
+                hits.normal[k][at] = normal[k];
+            }
+        }
+        hits
+    }
+
+    fn normal(&self, solid: &Solid, point: Vec3, [u, v]: [f32; 2], ray: Vec3) -> (Vec3, u32) {
+        match *solid {
+            Solid::Triangle(at) => {
+                let triangle = &self.geometry.triangles[at as usize];
+                let Some([a, b, c]) = self.geometry.smooth.get(triangle.smooth as usize) else {
+                    return (triangle.face(), triangle.surface);
+                };
+                let smooth = u * *a + v * *b + (1.0 - u - v) * *c;
+                // A smooth normal on the far side of its face would light the wrong side.
+                let flipped = smooth.dot(ray) * triangle.face().dot(ray) < 0.0;
+                (if flipped { -smooth } else { smooth }, triangle.surface)
+            }
+            Solid::Sphere { center, surface, .. } => (point - center, surface),
+            Solid::Box { min, max, surface } => {
+                let at = (point - 0.5 * (min + max)) / (max - min);
+                let axis = usize::from(at.y.abs() > at.x.abs());
+                let axis = if at.z.abs() > at[axis].abs() { 2 } else { axis };
+                (Vec3::AXES[axis], surface)
+            }
+        }
+    }
+}
+
+/// A rectangle of a tile's pixels, ends included.
+struct Area {
+    left: usize,
+    right: usize,
+    top: usize,
+    bottom: usize,
+}
+
+/// A function that is linear in the ray: a constant and a vector.
+struct Linear(f32, Vec3);
+
+/// The same in lanes.
+struct LinearLanes<S: Simd>(Lanes<S>, V3<Lanes<S>>);
+
+impl Linear {
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S) -> LinearLanes<S> {
+        let constant = Lanes::splat(simd, self.0);
+        LinearLanes(constant, V3::lit(constant, self.1.as_dvec3()))
+    }
+}
+
+impl<S: Simd> LinearLanes<S> {
+    #[inline(always)]
+    fn at(&self, ray: V3<Lanes<S>>) -> Lanes<S> {
+        self.0 + self.1.dot(ray)
+    }
+}
+
+/// Three edge functions and the numerator of the distance.
+struct Edges([Linear; 4]);
+
+impl Edges {
+    fn new([a, b, c]: [Vec3; 3], viewpoint: &Viewpoint) -> Self {
+        let face = (b - a).cross(c - a);
+        let d = viewpoint.forward.as_vec3();
+        let edge = |p: Vec3, q: Vec3| {
+            // Always formed from the same end: what two triangles share is then equal to the bit,
+            // and the difference of the ends keeps the digits of a small triangle far away.
+            let flipped = (p.x, p.y, p.z) > (q.x, q.y, q.z);
+            let (p, q, sign) = if flipped { (q, p, -1.0) } else { (p, q, 1.0) };
+            if viewpoint.parallel {
+                let aside = p - d * p.dot(d);
+                Linear(sign * d.dot(aside.cross(q - p)), sign * (p - q).cross(d))
+            } else {
+                Linear(0.0, sign * p.cross(q - p))
+            }
+        };
+        let slope = if viewpoint.parallel { -face } else { Vec3::ZERO };
+        Self([edge(b, c), edge(c, a), edge(a, b), Linear(a.dot(face), slope)])
+    }
+}
+
+impl Side {
+    fn between(a: (DVec3, DVec3), b: (DVec3, DVec3), viewpoint: &Viewpoint) -> Self {
+        let normal = if viewpoint.parallel { (a.0 - b.0).cross(a.1) } else { a.1.cross(b.1) };
+        // Corners run clockwise in the picture: their products point inwards.
+        let inward = normal.normalize();
+        let offset = (-inward).dot(a.0);
+        Self { normal: (-inward).as_vec3(), offset: offset as f32 }
+    }
+
+    fn excludes(&self, middle: Vec3, half: Vec3) -> bool {
+        self.normal.dot(middle) - self.offset > self.normal.abs().dot(half) * 1.000_001
+    }
+}
+
+impl Best {
+    /// Keeps a triangle where it is in front.
+    #[inline(always)]
+    fn meet<S: Simd>(
+        &mut self,
+        simd: S,
+        at: usize,
+        [u, v, w]: &[LinearLanes<S>; 3],
+        numerator: &LinearLanes<S>,
+        ray: V3<Lanes<S>>,
+        id: u32,
+    ) {
+        let (u, v, w) = (u.at(ray), v.at(ray), w.at(ray));
+        let inside = u.min(v).min(w).0.simd_ge(0.0) | u.max(v).max(w).0.simd_le(0.0);
+        if !inside.any_true() {
+            return;
+        }
+        let sum = u + v + w;
+        let distance = numerator.at(ray) / sum;
+        let front = inside & Lanes::lt(u.lit(0.0), distance);
+        self.keep(simd, at, front, distance, (u / sum, v / sum), id);
+    }
+
+    #[inline(always)]
+    fn keep<S: Simd>(
+        &mut self,
+        simd: S,
+        at: usize,
+        met: S::mask32s,
+        distance: Lanes<S>,
+        (u, v): (Lanes<S>, Lanes<S>),
+        id: u32,
+    ) {
+        let length = Lanes::load(simd, &self.length[at..]);
+        let nearer = met & distance.lt(length);
+        if !nearer.any_true() {
+            return;
+        }
+        write(simd, &mut self.length, at, nearer, distance);
+        write(simd, &mut self.u, at, nearer, u);
+        write(simd, &mut self.v, at, nearer, v);
+        write(simd, &mut self.id, at, nearer, Lanes::splat(simd, f32::from_bits(id)));
+    }
+}
+
+#[inline(always)]
+fn write<S: Simd>(simd: S, row: &mut Row, at: usize, mask: S::mask32s, value: Lanes<S>) {
+    let old = Lanes::load(simd, &row[at..]);
+    Lanes::select(mask, value, old).store(&mut row[at..]);
+}
+
+/// A ray within a side of a box divides 0 by this instead of by 0.
+#[inline(always)]
+fn guarded<S: Simd>(d: Lanes<S>) -> Lanes<S> {
+    let least = d.lit(1e-30);
+    Lanes::select(d.abs().lt(least), least, d)
+}
+
+#[inline(always)]
+fn largest<S: Simd>(simd: S, row: &Row) -> f32 {
+    let mut most = Lanes::load(simd, row);
+    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        most = most.max(Lanes::load(simd, &row[at..]));
+    }
+    most.0.as_slice().iter().copied().fold(0.0, f32::max)
+}

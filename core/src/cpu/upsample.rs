@@ -1,0 +1,246 @@
+//! The low resolution of a draft (Fogshop 5.4): fog is computed for one pixel in 16, exactly as in
+//! a full frame, and its values are carried over to the pixels between that lie at a like depth.
+//! Where no computed neighbour does, along depth edges, the pixel is computed itself: no halo of
+//! background fog stands over a foreground edge. So are the pixels around a lamp's image, where
+//! airlight has a peak.
+
+use super::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
+use super::frame::{CENTER, Context, is_nothing, rows_for_lamps};
+use super::shade;
+use super::viewpoint::Grid;
+use rayon::prelude::*;
+
+/// Pixels from one computed pixel to the next.
+const STEP: usize = 4;
+/// Depths that differ by more than this share do not lend each other their fog.
+const LIKE: f32 = 0.1;
+/// Below this sum of weights a pixel has no neighbour to borrow from.
+const ENOUGH: f32 = 0.25;
+/// Pixels around a lamp's image that are computed themselves.
+const GLOW: f64 = 12.0;
+
+/// The computed pixels.
+pub struct Low {
+    grid: Grid,
+    hits: Vec<Hits>,
+    fogged: Vec<Fogged>,
+    light_depths: Vec<Vec<Row>>,
+    glows: Vec<(f64, f64)>,
+}
+
+/// Computed pixels along the side of what a tile may borrow from.
+const REACH: usize = TILE / STEP + 2;
+
+/// The computed pixels around a tile.
+struct Around {
+    /// Tile of the low resolution and place in it.
+    at: [(usize, usize); REACH * REACH],
+    /// Length of the ray, negative where it meets nothing.
+    length: [f32; REACH * REACH],
+}
+
+/// Four places in [`Around`] with their weights, which add up to 1.
+type Sources = [(usize, f32); 4];
+
+impl Low {
+    /// Computes one pixel in 16.
+    pub fn render(context: &Context, hits: &[Hits]) -> Self {
+        let full = context.grid;
+        let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
+        let tiles: Vec<_> = (0..grid.count())
+            .into_par_iter()
+            .map(|index| {
+                let (rays, hits) = gather(context, hits, grid, index);
+                let fogged = context.fog(&rays, &hits);
+                let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
+                let depths: Vec<_> = if context.shows_surfaces() {
+                    context.lamps.iter().map(depth).collect()
+                } else {
+                    rows_for_lamps(context)
+                };
+                (hits, fogged, depths)
+            })
+            .collect();
+        let images = context.lamps.iter().filter_map(|l| context.viewpoint.project(l.from_camera));
+        let glows = images.map(|at| (at.x, at.y)).collect();
+        let mut low = Self { grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
+        for (hits, fogged, depths) in tiles {
+            low.hits.push(hits);
+            low.fogged.push(fogged);
+            low.light_depths.push(depths);
+        }
+        low
+    }
+
+    /// Optical depth and airlight of a tile.
+    pub fn fog(&self, context: &Context, index: usize, rays: &Rays, hits: &Hits) -> Fogged {
+        let around = self.around(context, index);
+        let values = around.at.map(|(tile, place)| {
+            let Fogged { depth, airlight: [r, g, b] } = &self.fogged[tile];
+            [depth[place], r[place], g[place], b[place]]
+        });
+        let mut fogged = Fogged::clear();
+        let missing = self.carry(context, index, &around, hits, true, |at, sources| {
+            let mut mixed = [0.0; 4];
+            for (source, weight) in sources {
+                (0..4).for_each(|k| mixed[k] += weight * values[source][k]);
+            }
+            fogged.depth[at] = mixed[0];
+            (0..3).for_each(|k| fogged.airlight[k][at] = mixed[k + 1]);
+        });
+        let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return fogged };
+        let exact = context.fog(&rays, &hits);
+        for (from, at) in missing.into_iter().enumerate() {
+            fogged.depth[at] = exact.depth[from];
+            (0..3).for_each(|k| fogged.airlight[k][at] = exact.airlight[k][from]);
+        }
+        fogged
+    }
+
+    /// Depth from every light to the hits of a tile.
+    pub fn light_depths(
+        &self,
+        context: &Context,
+        index: usize,
+        rays: &Rays,
+        hits: &Hits,
+    ) -> Vec<Row> {
+        if context.field.blobs.is_empty() {
+            // A product with the distance is cheaper than any neighbour.
+            let exact = |lamp| shade::light_depth(context, lamp, rays, hits);
+            return context.lamps.iter().map(exact).collect();
+        }
+        let around = self.around(context, index);
+        let mut depths = rows_for_lamps(context);
+        let missing = self.carry(context, index, &around, hits, false, |at, sources| {
+            for (source, weight) in sources {
+                let (tile, place) = around.at[source];
+                for (depth, from) in depths.iter_mut().zip(&self.light_depths[tile]) {
+                    depth[at] += weight * from[place];
+                }
+            }
+        });
+        let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return depths };
+        for (depth, lamp) in depths.iter_mut().zip(&context.lamps) {
+            let exact = shade::light_depth(context, lamp, &rays, &hits);
+            missing.iter().enumerate().for_each(|(from, at)| depth[*at] = exact[from]);
+        }
+        depths
+    }
+
+    /// The computed pixels around a tile, those at the picture's border repeated beyond it.
+    fn around(&self, context: &Context, index: usize) -> Around {
+        let tile = context.grid.tile(index);
+        let clamp = |v: usize, count: usize| v.saturating_sub(1).min(count - 1);
+        let at = std::array::from_fn(|i| {
+            let x = clamp(tile.x / STEP + i % REACH, self.grid.width);
+            let y = clamp(tile.y / STEP + i / REACH, self.grid.height);
+            self.grid.locate(x, y)
+        });
+        let length = at.map(|(tile, place)| signed_length(&self.hits[tile], place));
+        Around { at, length }
+    }
+
+    /// Calls `carry` with the sources of every pixel of a tile that has any; returns the others.
+    fn carry(
+        &self,
+        context: &Context,
+        index: usize,
+        around: &Around,
+        hits: &Hits,
+        glows: bool,
+        mut carry: impl FnMut(usize, Sources),
+    ) -> Vec<usize> {
+        let tile = context.grid.tile(index);
+        let glows = glows && self.glow_near(tile.x, tile.y);
+        let mut missing = Vec::new();
+        for at in 0..SIZE {
+            let (x, y) = tile.pixel(at);
+            let sources = around.sources(at, signed_length(hits, at));
+            match sources {
+                Some(sources) if !(glows && self.in_a_glow(x, y, GLOW)) => carry(at, sources),
+                _ if context.grid.contains((x, y)) => missing.push(at),
+                _ => {}
+            }
+        }
+        missing
+    }
+
+    fn glow_near(&self, x: usize, y: usize) -> bool {
+        self.in_a_glow(x + TILE / 2, y + TILE / 2, GLOW + TILE as f64)
+    }
+
+    fn in_a_glow(&self, x: usize, y: usize, radius: f64) -> bool {
+        let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+        self.glows.iter().any(|glow| (glow.0 - x).hypot(glow.1 - y) < radius)
+    }
+}
+
+/// The length of a ray, negative where it meets nothing.
+fn signed_length(hits: &Hits, at: usize) -> f32 {
+    if is_nothing(hits, at) { -hits.length[at] } else { hits.length[at] }
+}
+
+impl Around {
+    /// The four computed pixels around one, weighed by nearness and by likeness of depth.
+    fn sources(&self, at: usize, length: f32) -> Option<Sources> {
+        let between = |v: usize| {
+            // Pixel STEP/2 of a cell is computed; one cell stands before the tile.
+            let place = v + STEP - STEP / 2;
+            (place / STEP, (place % STEP) as f32 / STEP as f32)
+        };
+        let (left, fx) = between(at % TILE);
+        let (top, fy) = between(at / TILE);
+        let first = top * REACH + left;
+        let scale = 1.0 / (LIKE * length.abs()).max(f32::MIN_POSITIVE);
+        let mut sum = 0.0;
+        let sources = [
+            (first, (1.0 - fx) * (1.0 - fy)),
+            (first + 1, fx * (1.0 - fy)),
+            (first + REACH, (1.0 - fx) * fy),
+            (first + REACH + 1, fx * fy),
+        ]
+        .map(|(source, near)| {
+            let weight = near * (1.0 - (self.length[source] - length).abs() * scale).max(0.0);
+            sum += weight;
+            (source, weight)
+        });
+        (sum >= ENOUGH).then(|| sources.map(|(source, weight)| (source, weight / sum)))
+    }
+}
+
+/// The pixels of the picture that a tile of the low resolution computes.
+fn gather(context: &Context, hits: &[Hits], grid: Grid, index: usize) -> (Rays, Hits) {
+    let tile = grid.tile(index);
+    let mut rays = Rays::empty();
+    let mut low = Hits::nothing(context.far_m);
+    for at in 0..SIZE {
+        let (i, j) = (tile.x + at % TILE, tile.y + at / TILE);
+        let x = (i * STEP + STEP / 2).min(context.grid.width - 1);
+        let y = (j * STEP + STEP / 2).min(context.grid.height - 1);
+        let (from, place) = context.grid.locate(x, y);
+        low.copy(at, &hits[from], place);
+        let pixel = glam::DVec2::new(x as f64, y as f64) + CENTER;
+        let (offset, direction) = context.viewpoint.ray(pixel);
+        for k in 0..3 {
+            rays.direction[k][at] = direction[k] as f32;
+            rays.offset[k][at] = offset[k] as f32;
+        }
+    }
+    rays.count = SIZE;
+    (rays, low)
+}
+
+/// Some rays of a tile as a batch of their own.
+fn subset(context: &Context, rays: &Rays, hits: &Hits, places: &[usize]) -> Option<(Rays, Hits)> {
+    let last = places.len().checked_sub(1)?;
+    let mut some = Rays::empty();
+    let mut ends = Hits::nothing(context.far_m);
+    for place in places {
+        ends.copy(some.count, hits, *place);
+        some.push(rays, *place);
+    }
+    some.pad();
+    ends.pad(last);
+    Some((some, ends))
+}

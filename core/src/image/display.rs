@@ -1,0 +1,188 @@
+//! Radiance and other layers brought onto a screen: exposure, tone map, sRGB; colour maps for
+//! layers that are no colours.
+
+use crate::num::{Lanes, Num};
+use crate::renderer::Frame;
+use crate::request::{Layer, Tonemap, View};
+use crate::vector::V3;
+use fearless_simd::{Level, Simd, dispatch};
+use rayon::prelude::*;
+
+/// Pixels that are mapped in one go.
+const CHUNK: usize = 2048;
+
+/// The frame as 8-bit RGB.
+pub fn bytes(frame: &Frame, view: &View) -> Vec<u8> {
+    let channels = frame.layer.channels();
+    let count = frame.width * frame.height;
+    let mut bytes = vec![0; count * 3];
+    let map = ScalarMap::new(frame);
+    let level = Level::new();
+    let chunks = frame.pixels.par_chunks(CHUNK * channels);
+    bytes.par_chunks_mut(CHUNK * 3).zip(chunks).for_each(|(out, pixels)| match frame.layer {
+        Layer::Beauty | Layer::Airlight | Layer::Surface => {
+            dispatch!(level, simd => radiance(simd, pixels, view, out));
+        }
+        Layer::Normal => {
+            for (byte, value) in out.iter_mut().zip(pixels) {
+                *byte = level8(0.5 * value + 0.5);
+            }
+        }
+        Layer::OpticalDepth | Layer::Transmittance | Layer::Depth => {
+            for (rgb, value) in out.chunks_exact_mut(3).zip(pixels) {
+                rgb.copy_from_slice(&colour(map.position(*value)));
+            }
+        }
+    });
+    bytes
+}
+
+fn level8(value: f32) -> u8 {
+    (value * 255.0 + 0.5) as u8
+}
+
+#[inline(always)]
+fn radiance<S: Simd>(simd: S, pixels: &[f32], view: &View, out: &mut [u8]) {
+    let exposure = Lanes::splat(simd, view.exposure_ev.exp2() as f32);
+    let lanes = Lanes::<S>::COUNT;
+    for (pixels, out) in pixels.chunks(3 * lanes).zip(out.chunks_mut(3 * lanes)) {
+        let mut rows = [[0.0f32; 16]; 3];
+        for (i, rgb) in pixels.chunks_exact(3).enumerate() {
+            (0..3).for_each(|k| rows[k][i] = rgb[k]);
+        }
+        let [r, g, b] = &rows;
+        let exposed = V3::new(Lanes::load(simd, r), Lanes::load(simd, g), Lanes::load(simd, b))
+            .scale(exposure);
+        let shown = on_screen(exposed, view.tonemap);
+        shown.x.store(&mut rows[0]);
+        shown.y.store(&mut rows[1]);
+        shown.z.store(&mut rows[2]);
+        for (i, rgb) in out.chunks_exact_mut(3).enumerate() {
+            (0..3).for_each(|k| rgb[k] = level8(rows[k][i]));
+        }
+    }
+}
+
+/// Exposed linear radiance to display values in [0, 1].
+#[inline(always)]
+fn on_screen<N: Num>(rgb: V3<N>, tonemap: Tonemap) -> V3<N> {
+    match tonemap {
+        Tonemap::Agx => agx(rgb),
+        Tonemap::Reinhard => V3::new(reinhard(rgb.x), reinhard(rgb.y), reinhard(rgb.z)),
+        Tonemap::None => V3::new(srgb(rgb.x), srgb(rgb.y), srgb(rgb.z)),
+    }
+}
+
+#[inline(always)]
+fn reinhard<N: Num>(v: N) -> N {
+    srgb(v / (v + v.lit(1.0)))
+}
+
+/// The sRGB transfer function, clamped (IEC 61966-2-1).
+#[inline(always)]
+fn srgb<N: Num>(linear: N) -> N {
+    let v = unit(linear);
+    let curved = (v.max(v.lit(1e-9)).ln() * v.lit(1.0 / 2.4)).exp() * v.lit(1.055) - v.lit(0.055);
+    N::select(v.lt(v.lit(0.003_130_8)), v * v.lit(12.92), curved)
+}
+
+/// AgX (Troy Sobotka): primaries drawn inwards, a logarithmic range of 16.5 stops around middle
+/// grey, a sigmoid as a fitted polynomial, primaries drawn out again. The result is
+/// display-encoded.
+#[inline(always)]
+fn agx<N: Num>(rgb: V3<N>) -> V3<N> {
+    const INSET: [[f64; 3]; 3] = [
+        [0.842_479_062_253_094, 0.078_433_6, 0.079_223_745_147_764_3],
+        [0.042_328_242_261_012_3, 0.878_468_636_469_772, 0.079_166_127_460_543_1],
+        [0.042_375_654_905_705_1, 0.078_433_6, 0.879_142_973_793_104],
+    ];
+    const OUTSET: [[f64; 3]; 3] = [
+        [1.196_879_005_120_17, -0.098_020_881_140_136_8, -0.099_029_744_079_720_5],
+        [-0.052_896_851_757_456_2, 1.151_903_129_904_17, -0.098_961_176_844_843_3],
+        [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
+    ];
+    let inner = apply(INSET, rgb);
+    let shown = apply(OUTSET, V3::new(curve(inner.x), curve(inner.y), curve(inner.z)));
+    V3::new(unit(shown.x), unit(shown.y), unit(shown.z))
+}
+
+/// Clamped to [0, 1].
+#[inline(always)]
+fn unit<N: Num>(v: N) -> N {
+    v.max(v.lit(0.0)).min(v.lit(1.0))
+}
+
+/// AgX's logarithmic range and sigmoid.
+#[inline(always)]
+fn curve<N: Num>(v: N) -> N {
+    const LOWEST_EV: f64 = -12.473_93;
+    const HIGHEST_EV: f64 = 4.026_069;
+    let ev = v.max(v.lit(1e-10)).ln() * v.lit(std::f64::consts::LOG2_E);
+    let place = (ev - v.lit(LOWEST_EV)) * v.lit(1.0 / (HIGHEST_EV - LOWEST_EV));
+    sigmoid(unit(place))
+}
+
+#[inline(always)]
+fn sigmoid<N: Num>(x: N) -> N {
+    const FIT: [f64; 7] = [-0.002_32, 0.119_1, 0.429_8, -6.868, 31.96, -40.14, 15.5];
+    let mut sum = x.lit(FIT[6]);
+    for c in FIT[..6].iter().rev() {
+        sum = sum.mul_add(x, x.lit(*c));
+    }
+    sum
+}
+
+#[inline(always)]
+fn apply<N: Num>(m: [[f64; 3]; 3], v: V3<N>) -> V3<N> {
+    V3::new(row(m[0], v), row(m[1], v), row(m[2], v))
+}
+
+#[inline(always)]
+fn row<N: Num>([x, y, z]: [f64; 3], v: V3<N>) -> N {
+    v.x * v.x.lit(x) + v.y * v.x.lit(y) + v.z * v.x.lit(z)
+}
+
+/// Where a scalar lies on the colour map.
+struct ScalarMap {
+    layer: Layer,
+    least: f32,
+    most: f32,
+}
+
+impl ScalarMap {
+    fn new(frame: &Frame) -> Self {
+        let range = |start, f: fn(f32, f32) -> f32| frame.pixels.iter().copied().fold(start, f);
+        let least = range(f32::INFINITY, f32::min).max(1e-6);
+        let most = range(0.0, f32::max);
+        Self { layer: frame.layer, least, most }
+    }
+
+    /// 0 to 1: depths in the logarithm between the frame's nearest and farthest, optical depths as
+    /// what they take away.
+    fn position(&self, value: f32) -> f32 {
+        match self.layer {
+            Layer::Transmittance => value,
+            Layer::Depth => {
+                let span = (self.most / self.least).max(1.0 + 1e-6).ln();
+                (value.max(self.least) / self.least).ln() / span
+            }
+            _ => -(-value).exp_m1(),
+        }
+    }
+}
+
+/// A dark-to-bright map of even lightness steps (blue, green, yellow).
+fn colour(position: f32) -> [u8; 3] {
+    const STOPS: [[f32; 3]; 6] = [
+        [13.0, 8.0, 40.0],
+        [52.0, 52.0, 122.0],
+        [38.0, 108.0, 142.0],
+        [36.0, 161.0, 126.0],
+        [140.0, 206.0, 70.0],
+        [250.0, 234.0, 130.0],
+    ];
+    let place = position.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
+    let low = (place as usize).min(STOPS.len() - 2);
+    let share = place - low as f32;
+    [0, 1, 2].map(|k| (STOPS[low][k] + share * (STOPS[low + 1][k] - STOPS[low][k]) + 0.5) as u8)
+}

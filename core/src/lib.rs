@@ -1,0 +1,18 @@
+//! Fogbank's fog models, passes and pictures. No HTTP here.
+
+pub mod airlight;
+pub mod cpu;
+pub mod geometry;
+pub mod image;
+pub mod media;
+pub mod num;
+pub mod presets;
+pub mod probe;
+mod quadrature;
+pub mod renderer;
+pub mod request;
+pub mod scene;
+pub mod surface;
+pub mod vector;
+
+pub use renderer::{Frame, Interrupted, Progress, Renderer};

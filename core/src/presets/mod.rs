@@ -1,0 +1,44 @@
+//! Scenes to begin with: the papers' own figures with the papers' own counts, built from a few
+//! lines each.
+
+mod city;
+mod geometry;
+mod random;
+mod room;
+mod stage;
+mod street;
+mod terrain;
+#[cfg(test)]
+mod tests;
+mod vehicle;
+mod vessel;
+
+use crate::scene::Scene;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A scene to begin with.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Preset {
+    /// How the command line and the page name it.
+    pub name: &'static str,
+    /// A heading.
+    pub title: &'static str,
+    /// What it shows, in a sentence or two.
+    pub description: &'static str,
+    /// The scene itself.
+    pub scene: Scene,
+}
+
+/// All presets; the first one is the demo scene.
+pub fn all() -> Vec<Preset> {
+    let mut presets = Vec::from(street::presets());
+    presets.extend([
+        vessel::preset(),
+        terrain::preset(),
+        city::preset(),
+        vehicle::preset(),
+        room::preset(),
+    ]);
+    presets
+}

@@ -1,0 +1,84 @@
+//! Short ways to write the parts of a scene; every number is rounded, so that its JSON is short.
+
+use crate::scene::{
+    Albedo, Blob, Camera, Gaussians, Homogeneous, Light, Material, Mesh, Perspective, Point,
+    Projection, Rgb, Shape, Sphere, Surface, Term, Vec3,
+};
+use glam::DVec3;
+
+/// `value` with its components rounded to 1 / `steps`.
+pub fn rounded(value: DVec3, steps: f64) -> Vec3 {
+    Vec3(value.to_array().map(|x| round_to(x, steps)))
+}
+
+/// `value` rounded to 1 / `steps`; never −0.
+pub fn round_to(value: f64, steps: f64) -> f64 {
+    (value * steps).round() / steps + 0.0
+}
+
+/// A perspective camera.
+pub fn camera(position: [f64; 3], target: [f64; 3], vertical_fov_deg: f64) -> Camera {
+    Camera {
+        position: Vec3(position),
+        target: Vec3(target),
+        projection: Projection::Perspective(Perspective { vertical_fov_deg }),
+        ..Camera::default()
+    }
+}
+
+/// A surface of triangles.
+pub fn mesh(id: &str, mesh: Mesh, material: Material) -> Surface {
+    Surface { id: Some(id.into()), shape: Shape::Mesh(mesh), material, ..Surface::default() }
+}
+
+/// A ball.
+pub fn sphere(id: &str, center: DVec3, radius: f64, material: Material) -> Surface {
+    let shape = Shape::Sphere(Sphere { center: rounded(center, 1e3), radius });
+    Surface { id: Some(id.into()), shape, material, ..Surface::default() }
+}
+
+/// A material without gloss.
+pub fn matte(diffuse: [f64; 3]) -> Material {
+    Material { diffuse: Albedo(diffuse), ..Material::default() }
+}
+
+/// A material with a highlight: its strength and its exponent.
+pub fn glossy(diffuse: [f64; 3], specular: f64, shininess: f64) -> Material {
+    Material { specular: Rgb::splat(specular), shininess, ..matte(diffuse) }
+}
+
+/// A material that glows by itself.
+pub fn glowing(emission: [f64; 3]) -> Material {
+    Material { emission: Rgb(emission), ..matte([0.02, 0.02, 0.02]) }
+}
+
+/// A point lamp.
+pub fn lamp(id: &str, position: DVec3, intensity: [f64; 3]) -> Light {
+    Light::Point(Point {
+        id: Some(id.into()),
+        position: rounded(position, 1e3),
+        intensity: Rgb(intensity),
+        ..Point::default()
+    })
+}
+
+/// A blob whose length along a ray through its centre holds `depth` of optical depth.
+pub fn blob(center: DVec3, radius: f64, depth: f64) -> Blob {
+    let radius = round_to(radius, 1e3);
+    let extinction = depth / (radius * std::f64::consts::PI.sqrt());
+    Blob { center: rounded(center, 1e3), radius, extinction: round_to(extinction, 1e6) }
+}
+
+/// Fog made of blobs.
+pub fn gaussians(id: &str, blobs: Vec<Blob>) -> Term {
+    Term::Gaussians(Gaussians { id: Some(id.into()), blobs, ..Gaussians::default() })
+}
+
+/// Fog that is the same everywhere.
+pub fn homogeneous(id: &str, extinction: f64) -> Term {
+    Term::Homogeneous(Homogeneous {
+        id: Some(id.into()),
+        extinction: Some(extinction),
+        ..Homogeneous::default()
+    })
+}

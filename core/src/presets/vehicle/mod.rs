@@ -1,0 +1,208 @@
+//! A steam locomotive in its own smoke (the vehicle of Fogshop 2007).
+
+mod engine;
+mod gear;
+
+use super::Preset;
+use super::geometry::{Facade, MeshBuilder, along, lathe};
+use super::random::Random;
+use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
+use engine::{CHIMNEY, HEADLAMP};
+use gear::{HALF_GAUGE, RAIL_TOP};
+use glam::{DVec2, DVec3};
+
+/// Blobs of smoke and steam in the paper's figure …
+const BLOBS: usize = 1223;
+/// … of which these many leave the cylinders and creep along the track.
+const LOW_BLOBS: usize = 420;
+
+/// The locomotive.
+pub fn preset() -> Preset {
+    Preset {
+        name: "vehicle-1223",
+        title: "Locomotive in smoke",
+        description: "A steam locomotive of more than 40 000 triangles waits at night in its smoke \
+            and steam; its headlamp lights them from inside. 1 223 blobs, as around the vehicle of \
+            Fogshop 2007, and two lamps.",
+        scene: scene(),
+    }
+}
+
+fn scene() -> Scene {
+    let mut random = Random::new(1223);
+    Scene {
+        camera: camera([10.2, 1.9, 7.6], [1.35, 2.55, -0.1], 42.0),
+        background: Rgb([0.006, 0.009, 0.017]),
+        surfaces: surfaces(&mut random),
+        lights: vec![
+            lamp("headlamp", HEADLAMP + DVec3::X * 0.14, [15.0, 11.5, 6.5]),
+            lamp("yard-lamp", DVec3::new(4.5, 9.0, 9.5), [190.0, 215.0, 280.0]),
+        ],
+        fog: Fog {
+            ambient: Rgb([0.008, 0.01, 0.015]),
+            terms: vec![
+                gaussians("smoke", smoke(&mut random)),
+                gaussians("steam", steam(&mut random)),
+            ],
+            ..Fog::default()
+        },
+        far_m: 90.0,
+        ..Scene::default()
+    }
+}
+
+fn surfaces(random: &mut Random) -> Vec<Surface> {
+    let engine = engine::engine();
+    let (wall, dark, lit) = shed();
+    let lens = lathe(
+        &[[0.0, -0.03], [0.2, -0.03], [0.2, 0.0], [0.12, 0.03], [0.0, 0.04]].map(DVec2::from_array),
+        32,
+    );
+    let mut glass = MeshBuilder::default();
+    glass.add(&lens, along(HEADLAMP, DVec3::X));
+    vec![
+        mesh("iron", engine.iron.smooth(), glossy([0.06, 0.062, 0.07], 0.3, 26.0)),
+        mesh("wheels", engine.wheels.smooth(), glossy([0.3, 0.045, 0.03], 0.14, 22.0)),
+        mesh("brass", engine.brass.smooth(), glossy([0.42, 0.27, 0.09], 0.42, 34.0)),
+        mesh("steel", engine.steel.smooth(), glossy([0.32, 0.33, 0.35], 0.4, 30.0)),
+        mesh("plates", engine.plates.flat(), glossy([0.05, 0.11, 0.075], 0.1, 18.0)),
+        mesh("lens", glass.smooth(), glowing([8.0, 6.2, 3.6])),
+        mesh("rails", rails().flat(), glossy([0.22, 0.2, 0.19], 0.3, 24.0)),
+        mesh("sleepers", sleepers(random).flat(), matte([0.16, 0.11, 0.08])),
+        mesh("ballast", ballast(random).flat(), matte([0.22, 0.21, 0.2])),
+        mesh("ground", ground().flat(), matte([0.11, 0.1, 0.09])),
+        mesh("shed", wall.flat(), matte([0.26, 0.16, 0.12])),
+        mesh("dark-windows", dark.flat(), glossy([0.03, 0.035, 0.045], 0.25, 50.0)),
+        mesh("lit-windows", lit.flat(), glowing([0.55, 0.33, 0.13])),
+    ]
+}
+
+fn rails() -> MeshBuilder {
+    let mut rails = MeshBuilder::default();
+    for side in [-1.0, 1.0] {
+        let z = HALF_GAUGE * side;
+        for (low, high, half) in [(0.0, 0.03, 0.09), (0.03, 0.11, 0.02), (0.11, RAIL_TOP, 0.045)] {
+            rails.block(DVec3::new(-30.0, low, z - half), DVec3::new(30.0, high, z + half));
+        }
+    }
+    rails
+}
+
+fn sleepers(random: &mut Random) -> MeshBuilder {
+    let mut sleepers = MeshBuilder::default();
+    for k in -46..46 {
+        let x = f64::from(k) * 0.65 + random.between(-0.03, 0.03);
+        let end = 1.35 + random.between(-0.05, 0.05);
+        sleepers.beveled_block(
+            DVec3::new(x - 0.13, -0.16, -end),
+            DVec3::new(x + 0.13, 0.0, end),
+            0.015,
+        );
+    }
+    sleepers
+}
+
+fn ground() -> MeshBuilder {
+    let mut ground = MeshBuilder::default();
+    ground.block(DVec3::new(-60.0, -0.5, -30.0), DVec3::new(60.0, -0.12, 40.0));
+    ground
+}
+
+/// Loose stones around the track.
+fn ballast(random: &mut Random) -> MeshBuilder {
+    let mut stones = MeshBuilder::default();
+    for _ in 0..3400 {
+        let x = random.between(-14.0, 11.0);
+        let z = random.bell() * 1.6;
+        let size = random.between(0.03, 0.085);
+        let center = DVec3::new(x, -0.1, z);
+        let half = DVec3::new(size * random.between(0.7, 1.3), 0.0, size);
+        let top = DVec3::Y * size * random.between(0.5, 1.1);
+        stones.frustum([center - half - DVec3::Y * 0.05, center + half + top], half * 0.35);
+    }
+    stones
+}
+
+/// The engine shed behind the track.
+fn shed() -> (MeshBuilder, MeshBuilder, MeshBuilder) {
+    let (mut wall, mut dark, mut lit) =
+        (MeshBuilder::default(), MeshBuilder::default(), MeshBuilder::default());
+    let facade = Facade {
+        corner: DVec3::new(-33.0, -0.12, -6.5),
+        right: DVec3::X,
+        width: 48.0,
+        height: 6.4,
+        columns: 16,
+        rows: 1,
+        opening: [0.5, 0.6],
+        recess: 0.25,
+    };
+    for (k, pane) in facade.build(&mut wall).into_iter().enumerate() {
+        let glass = if k % 5 == 3 { &mut lit } else { &mut dark };
+        glass.face(pane);
+        let (low, high) = (pane[0], pane[2]);
+        for bar in 1..4 {
+            let x = low.x + (high.x - low.x) * f64::from(bar) / 4.0;
+            let min = DVec3::new(x - 0.03, low.y, low.z);
+            wall.block(min, DVec3::new(x + 0.03, high.y, low.z + 0.06));
+            let y = low.y + (high.y - low.y) * f64::from(bar) / 4.0;
+            let min = DVec3::new(low.x, y - 0.03, low.z);
+            wall.block(min, DVec3::new(high.x, y + 0.03, low.z + 0.06));
+        }
+    }
+    for k in 0..=16 {
+        let x = facade.corner.x + 3.0 * f64::from(k);
+        wall.beveled_block(DVec3::new(x - 0.3, -0.12, -6.6), DVec3::new(x + 0.3, 6.4, -6.25), 0.05);
+    }
+    wall.block(DVec3::new(-33.0, 6.2, -6.6), DVec3::new(15.0, 6.7, -6.0));
+    wall.face([
+        DVec3::new(-33.4, 6.7, -5.8),
+        DVec3::new(15.4, 6.7, -5.8),
+        DVec3::new(15.4, 9.4, -11.0),
+        DVec3::new(-33.4, 9.4, -11.0),
+    ]);
+    (wall, dark, lit)
+}
+
+/// The plume from the chimney: it rises, is blown back and widens.
+fn smoke(random: &mut Random) -> Vec<Blob> {
+    (0..BLOBS - LOW_BLOBS)
+        .map(|_| {
+            let t = random.unit().powf(0.8);
+            let rise = DVec3::new(-8.5 * t.powf(1.5), 2.3 * t.powf(0.55), -0.9 * t * t);
+            let curl = DVec3::new(0.0, (17.0 * t).sin(), (13.0 * t + 2.0).sin()) * (0.32 * t);
+            let spread = random.bell3() * (0.12 + 0.62 * t);
+            let radius = (0.14 + 0.5 * t) * random.between(0.7, 1.35);
+            blob(
+                CHIMNEY + rise + curl + spread,
+                radius,
+                random.between(0.05, 0.16) * (1.0 - 0.4 * t),
+            )
+        })
+        .collect()
+}
+
+/// Steam that leaves the cylinders and creeps along the wheels and over the track.
+fn steam(random: &mut Random) -> Vec<Blob> {
+    (0..LOW_BLOBS)
+        .map(|k| {
+            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let t = random.unit();
+            let jet = k % 3 == 0;
+            let center = match jet {
+                // Drain cocks blow forwards and outwards.
+                true => DVec3::new(4.2 + 1.4 * t, 0.75 - 0.35 * t, side * (1.2 + 1.1 * t)),
+                false => DVec3::new(
+                    random.between(-6.5, 6.5),
+                    0.25 + 0.9 * t * t,
+                    side * (0.5 + 1.5 * random.unit()),
+                ),
+            };
+            let spread = random.bell3() * if jet { 0.06 + 0.3 * t } else { 0.3 };
+            let radius = if jet { 0.13 + 0.35 * t } else { random.between(0.3, 0.75) };
+            let center = center + spread;
+            blob(center.max(DVec3::new(-99.0, 0.0, -99.0)), radius, random.between(0.06, 0.17))
+        })
+        .collect()
+}

@@ -1,0 +1,274 @@
+//! What a client asks of a scene: a picture, an optical-depth map, a probe.
+
+use crate::image::Format;
+use crate::scene::limits::{self, COUNTS};
+use crate::scene::{CheckedScene, Checker, Problem, Scene, Vec3};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Asks for a picture of a scene.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RenderRequest {
+    /// What to render.
+    pub scene: Scene,
+    /// Pixels along a row.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub width: u32,
+    /// Rows of pixels.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub height: u32,
+    /// `draft` for a moving hand, `full` for every pixel.
+    #[serde(default)]
+    pub quality: Quality,
+    /// Which image of the frame.
+    #[serde(default)]
+    pub layer: Layer,
+    /// Samples per pixel along edges; 1 in float formats and drafts, 4 in 8-bit `full` pictures.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = COUNTS.samples))]
+    pub samples: Option<u32>,
+    /// Exposure of 8-bit pictures [stops].
+    #[serde(default)]
+    #[schemars(range(min = limits::EXPOSURE.min, max = limits::EXPOSURE.max))]
+    pub exposure_ev: f64,
+    /// How the radiance of 8-bit pictures is brought onto a screen.
+    #[serde(default)]
+    pub tonemap: Tonemap,
+}
+
+/// How much work a frame may cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Quality {
+    /// For a moving hand: fog at a lower resolution, depth edges respected.
+    Draft,
+    /// Every pixel.
+    #[default]
+    Full,
+}
+
+/// One image of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Layer {
+    /// The picture: surfaces through the fog, airlight and veil.
+    #[default]
+    Beauty,
+    /// Light of the lamps scattered into the view rays.
+    Airlight,
+    /// Radiance of the surfaces before the fog in front of them.
+    Surface,
+    /// Optical depth of the view rays.
+    OpticalDepth,
+    /// exp(−optical depth).
+    Transmittance,
+    /// Distance along the ray [m]; `far_m` where nothing is hit.
+    Depth,
+    /// Normals of the surfaces, towards the eye; zero where nothing is hit.
+    Normal,
+}
+
+impl Layer {
+    /// Numbers a pixel has.
+    pub fn channels(self) -> usize {
+        match self {
+            Self::Beauty | Self::Airlight | Self::Surface | Self::Normal => 3,
+            Self::OpticalDepth | Self::Transmittance | Self::Depth => 1,
+        }
+    }
+}
+
+/// How radiance is brought onto a screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Tonemap {
+    /// AgX: bright colours desaturate gently.
+    #[default]
+    Agx,
+    /// Reinhard: L / (1 + L) per channel.
+    Reinhard,
+    /// Clipped at 1.
+    None,
+}
+
+/// A checked picture request without its scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Pixels along a row.
+    pub width: u32,
+    /// Rows of pixels.
+    pub height: u32,
+    /// How much work the frame may cost.
+    pub quality: Quality,
+    /// Which image of the frame.
+    pub layer: Layer,
+    /// Samples per pixel along edges, if asked for.
+    pub samples: Option<u32>,
+    /// Exposure of 8-bit pictures [stops].
+    pub exposure_ev: f64,
+    /// Tone map of 8-bit pictures.
+    pub tonemap: Tonemap,
+    /// Whether it becomes an 8-bit picture.
+    pub for_screen: bool,
+}
+
+impl View {
+    /// The view for a file format: its samples where none were asked for.
+    pub fn for_format(self, format: Format) -> Self {
+        let samples = self.samples.unwrap_or(format.default_samples(self.quality));
+        Self { samples: Some(samples), for_screen: !format.is_float(), ..self }
+    }
+}
+
+impl RenderRequest {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(self) -> Result<(CheckedScene, View), Vec<Problem>> {
+        let mut check = Checker::default();
+        check_size(&mut check, self.width, self.height);
+        if let Some(samples) = self.samples {
+            let range = limits::Range { min: 1.0, max: COUNTS.samples as f64 };
+            check.number(f64::from(samples), range, || "/samples".into());
+        }
+        check.number(self.exposure_ev, limits::EXPOSURE, || "/exposure_ev".into());
+        let view = View {
+            width: self.width,
+            height: self.height,
+            quality: self.quality,
+            layer: self.layer,
+            samples: self.samples,
+            exposure_ev: self.exposure_ev,
+            tonemap: self.tonemap,
+            for_screen: false,
+        };
+        Ok((check_scene(check, self.scene)?, view))
+    }
+}
+
+/// Asks for the optical depth of every view ray.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpticalDepthRequest {
+    /// What to look at.
+    pub scene: Scene,
+    /// Pixels along a row.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub width: u32,
+    /// Rows of pixels.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub height: u32,
+}
+
+impl OpticalDepthRequest {
+    /// The picture that this asks for.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(self) -> Result<(CheckedScene, View), Vec<Problem>> {
+        let view = RenderRequest {
+            scene: self.scene,
+            width: self.width,
+            height: self.height,
+            quality: Quality::Full,
+            layer: Layer::OpticalDepth,
+            samples: Some(1),
+            exposure_ev: 0.0,
+            tonemap: Tonemap::None,
+        };
+        view.check()
+    }
+}
+
+/// Asks for the numbers along rays.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeRequest {
+    /// What to look at.
+    pub scene: Scene,
+    /// The rays.
+    #[serde(deserialize_with = "crate::scene::bounded::list::<{ COUNTS.rays }, _, _>")]
+    pub rays: Vec<RayRequest>,
+}
+
+/// One ray of a probe.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RayRequest {
+    /// Where it starts [m].
+    pub origin: Vec3,
+    /// Where it goes; any length but zero.
+    pub direction: Vec3,
+    /// Where it ends at the latest [m]; without it, `far_m` of the scene.
+    #[serde(default)]
+    #[schemars(range(min = limits::DISTANCE.min, max = limits::DISTANCE.max))]
+    pub max_distance_m: Option<f64>,
+}
+
+/// A checked ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeRay {
+    /// Where it starts [m].
+    pub origin: DVec3,
+    /// Unit vector.
+    pub direction: DVec3,
+    /// Where it ends at the latest [m], if given.
+    pub max_distance_m: Option<f64>,
+}
+
+impl ProbeRequest {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(self) -> Result<(CheckedScene, Vec<ProbeRay>), Vec<Problem>> {
+        let mut check = Checker::default();
+        check.count(self.rays.len(), COUNTS.rays, "rays", || "/rays".into());
+        let rays = self.rays.iter().enumerate().take(COUNTS.rays);
+        let rays = rays.map(|(i, ray)| ray.check(&mut check, i)).collect();
+        Ok((check_scene(check, self.scene)?, rays))
+    }
+}
+
+impl RayRequest {
+    fn check(&self, check: &mut Checker, i: usize) -> ProbeRay {
+        let at = |name: &str| format!("/rays/{i}/{name}");
+        check.triple(self.origin.0, limits::COORDINATE, || at("origin"));
+        check.direction(self.direction, || at("direction"));
+        if let Some(distance_m) = self.max_distance_m {
+            check.number(distance_m, limits::DISTANCE, || at("max_distance_m"));
+        }
+        ProbeRay {
+            origin: self.origin.vector(),
+            direction: self.direction.vector().normalize_or_zero(),
+            max_distance_m: self.max_distance_m,
+        }
+    }
+}
+
+fn check_size(check: &mut Checker, width: u32, height: u32) {
+    let side = limits::Range { min: 1.0, max: COUNTS.picture_side as f64 };
+    check.number(f64::from(width), side, || "/width".into());
+    check.number(f64::from(height), side, || "/height".into());
+    let pixels = u64::from(width) * u64::from(height);
+    if check.is_clean() && pixels > COUNTS.picture_pixels as u64 {
+        let most = COUNTS.picture_pixels;
+        check.refuse(
+            || "/height".into(),
+            format!("{pixels} pixels are more than the limit of {most}"),
+        );
+    }
+}
+
+fn check_scene(mut check: Checker, scene: Scene) -> Result<CheckedScene, Vec<Problem>> {
+    match scene.check() {
+        Ok(scene) => check.finish(scene),
+        Err(problems) => {
+            check.absorb(problems, "/scene");
+            Err(check.into_problems())
+        }
+    }
+}

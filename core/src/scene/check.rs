@@ -1,0 +1,346 @@
+//! The one gate: every number of a scene is looked at once, before anything is computed from it.
+
+use super::limits::{self, COUNTS, Range};
+use super::*;
+use glam::DVec3;
+use std::collections::HashSet;
+use std::sync::Arc;
+
+/// One thing that is wrong with a request, and where.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Problem {
+    /// JSON pointer (RFC 6901) of the offending place.
+    pub pointer: String,
+    /// What is wrong with it.
+    pub detail: String,
+}
+
+/// Collects problems while a document is walked.
+///
+/// Paths are only written out when something is wrong. At most [`Checker::MOST`] problems are
+/// kept: a mesh of a million bad corners needs no answer of a million lines.
+#[derive(Debug, Default)]
+pub struct Checker {
+    problems: Vec<Problem>,
+}
+
+impl Checker {
+    /// How many problems one answer lists.
+    pub const MOST: usize = 32;
+
+    /// Notes a problem at `pointer`.
+    pub fn refuse(&mut self, pointer: impl FnOnce() -> String, detail: impl Into<String>) {
+        if self.problems.len() < Self::MOST {
+            self.problems.push(Problem { pointer: pointer(), detail: detail.into() });
+        }
+    }
+
+    /// `value` must lie in `range`.
+    pub fn number(&mut self, value: f64, range: Range, pointer: impl FnOnce() -> String) {
+        if !range.contains(value) {
+            self.refuse(pointer, format!("{value} is not between {} and {}", range.min, range.max));
+        }
+    }
+
+    /// All components must lie in `range`.
+    pub fn triple(&mut self, value: [f64; 3], range: Range, pointer: impl Fn() -> String) {
+        for (i, component) in value.into_iter().enumerate() {
+            self.number(component, range, || format!("{}/{i}", pointer()));
+        }
+    }
+
+    /// There may be at most `most` of them.
+    pub fn count(
+        &mut self,
+        count: usize,
+        most: usize,
+        what: &str,
+        pointer: impl FnOnce() -> String,
+    ) {
+        if count > most {
+            self.refuse(pointer, format!("{count} {what} are more than the limit of {most}"));
+        }
+    }
+
+    /// A direction must have a length.
+    pub fn direction(&mut self, value: Vec3, pointer: impl Fn() -> String) {
+        self.triple(value.0, limits::COORDINATE, &pointer);
+        if value.vector().length_squared() < f64::MIN_POSITIVE {
+            self.refuse(pointer, "a direction must not be zero");
+        }
+    }
+
+    /// The value when nothing was refused.
+    ///
+    /// # Errors
+    /// The collected problems.
+    pub fn finish<T>(self, value: T) -> Result<T, Vec<Problem>> {
+        if self.problems.is_empty() { Ok(value) } else { Err(self.problems) }
+    }
+
+    /// Everything that was refused.
+    pub fn into_problems(self) -> Vec<Problem> {
+        self.problems
+    }
+
+    /// Takes over problems of a part of the document that stands at `pointer`.
+    pub fn absorb(&mut self, problems: Vec<Problem>, pointer: &str) {
+        for problem in problems {
+            self.refuse(|| format!("{pointer}{}", problem.pointer), problem.detail);
+        }
+    }
+
+    /// Whether nothing was refused so far.
+    pub fn is_clean(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    fn ids<'a>(&mut self, list: &str, ids: impl Iterator<Item = Option<&'a str>>) {
+        let mut seen = HashSet::new();
+        for (i, id) in ids.enumerate() {
+            let Some(id) = id else { continue };
+            let pointer = || format!("/{list}/{i}/id");
+            if id.is_empty() || id.chars().count() > COUNTS.id_chars {
+                self.refuse(pointer, format!("an id has 1 to {} characters", COUNTS.id_chars));
+            } else if !seen.insert(id) {
+                self.refuse(pointer, format!("`{id}` is not unique in {list}"));
+            }
+        }
+    }
+}
+
+/// A scene whose every value was checked. Cloning is cheap.
+#[derive(Clone, Debug)]
+pub struct CheckedScene(Arc<Scene>);
+
+impl CheckedScene {
+    /// The enabled lights with their places in the scene's list.
+    pub fn lights(&self) -> impl Iterator<Item = (usize, &Point)> {
+        let enabled = self.lights.iter().enumerate().filter(|(_, light)| light.enabled());
+        enabled.map(|(i, Light::Point(point))| (i, point))
+    }
+}
+
+impl std::ops::Deref for CheckedScene {
+    type Target = Scene;
+
+    fn deref(&self) -> &Scene {
+        &self.0
+    }
+}
+
+impl Scene {
+    /// Looks at every value, before anything is computed from it.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its JSON pointer relative to the scene.
+    pub fn check(self) -> Result<CheckedScene, Vec<Problem>> {
+        let mut check = Checker::default();
+        self.check_into(&mut check);
+        check.finish(())?;
+        Ok(CheckedScene(Arc::new(self)))
+    }
+
+    fn check_into(&self, check: &mut Checker) {
+        check_camera(check, &self.camera);
+        check.triple(self.background.0, limits::INTENSITY, || "/background".into());
+        check_surfaces(check, &self.surfaces);
+        check_lights(check, &self.lights);
+        check_fog(check, &self.fog);
+        check.number(self.time_s, limits::TIME, || "/time_s".into());
+        check.number(self.far_m, limits::FAR, || "/far_m".into());
+    }
+}
+
+fn check_camera(check: &mut Checker, camera: &Camera) {
+    let at = |name: &str| format!("/camera/{name}");
+    check.triple(camera.position.0, limits::COORDINATE, || at("position"));
+    check.triple(camera.target.0, limits::COORDINATE, || at("target"));
+    check.direction(camera.up, || at("up"));
+    match &camera.projection {
+        Projection::Perspective(p) => {
+            check.number(p.vertical_fov_deg, limits::FIELD_OF_VIEW, || {
+                at("projection/vertical_fov_deg")
+            });
+        }
+        Projection::Orthographic(o) => {
+            check.number(o.height_m, limits::RADIUS, || at("projection/height_m"));
+        }
+    }
+    if !check.is_clean() {
+        return;
+    }
+    let forward = (camera.target.vector() - camera.position.vector()).normalize_or_zero();
+    if forward == DVec3::ZERO {
+        check.refuse(|| at("target"), "the target must differ from the position");
+    } else if forward.cross(camera.up.vector().normalize()).length() < 1e-9 {
+        check.refuse(|| at("up"), "up must not lie along the view");
+    }
+}
+
+fn check_surfaces(check: &mut Checker, surfaces: &[Surface]) {
+    check.count(surfaces.len(), COUNTS.surfaces, "surfaces", || "/surfaces".into());
+    check.ids("surfaces", surfaces.iter().map(|s| s.id.as_deref()));
+    let (mut triangles, mut vertices) = (0usize, 0usize);
+    for (i, surface) in surfaces.iter().enumerate() {
+        let at = |name: &str| format!("/surfaces/{i}/{name}");
+        check_material(check, &surface.material, at);
+        check_shape(check, &surface.shape, at);
+        let (t, v) = surface.shape.counts();
+        (triangles, vertices) = (triangles.saturating_add(t), vertices.saturating_add(v));
+        let list = || {
+            at(if matches!(surface.shape, Shape::Mesh(_)) {
+                "shape/indices"
+            } else {
+                "shape/heights"
+            })
+        };
+        check.count(triangles, COUNTS.triangles, "triangles", list);
+        check.count(vertices, COUNTS.vertices, "vertices", || at("shape/positions"));
+        if triangles > COUNTS.triangles || vertices > COUNTS.vertices {
+            return;
+        }
+    }
+}
+
+fn check_material(check: &mut Checker, material: &Material, at: impl Fn(&str) -> String) {
+    check.triple(material.diffuse.0, limits::FRACTION, || at("material/diffuse"));
+    check.triple(material.specular.0, limits::INTENSITY, || at("material/specular"));
+    check.number(material.shininess, limits::SHININESS, || at("material/shininess"));
+    check.triple(material.emission.0, limits::INTENSITY, || at("material/emission"));
+}
+
+impl Shape {
+    /// Triangles and vertices that this shape adds to the scene's sums.
+    fn counts(&self) -> (usize, usize) {
+        match self {
+            Self::Mesh(mesh) => (mesh.indices.len(), mesh.positions.len()),
+            Self::Heightfield(field) => {
+                let columns = field.heights.first().map_or(0, Vec::len);
+                let cells = field.heights.len().saturating_sub(1) * columns.saturating_sub(1);
+                (2 * cells, 0)
+            }
+            Self::Plane(_) | Self::Sphere(_) | Self::Box(_) => (0, 0),
+        }
+    }
+}
+
+fn check_shape(check: &mut Checker, shape: &Shape, at: impl Fn(&str) -> String + Copy) {
+    match shape {
+        Shape::Plane(plane) => {
+            check.triple(plane.point.0, limits::COORDINATE, || at("shape/point"));
+            check.direction(plane.normal, || at("shape/normal"));
+        }
+        Shape::Sphere(sphere) => {
+            check.triple(sphere.center.0, limits::COORDINATE, || at("shape/center"));
+            check.number(sphere.radius, limits::RADIUS, || at("shape/radius"));
+        }
+        Shape::Box(b) => {
+            check.triple(b.min.0, limits::COORDINATE, || at("shape/min"));
+            check.triple(b.max.0, limits::COORDINATE, || at("shape/max"));
+            for axis in (0..3).filter(|&k| b.min.0[k] >= b.max.0[k]) {
+                check.refuse(|| at(&format!("shape/max/{axis}")), "max must lie above min");
+            }
+        }
+        Shape::Mesh(mesh) => check_mesh(check, mesh, at),
+        Shape::Heightfield(field) => check_heightfield(check, field, at),
+    }
+}
+
+fn check_mesh(check: &mut Checker, mesh: &Mesh, at: impl Fn(&str) -> String + Copy) {
+    for (i, position) in mesh.positions.iter().enumerate() {
+        check.triple(position.0, limits::COORDINATE, || at(&format!("shape/positions/{i}")));
+    }
+    let vertices = mesh.positions.len();
+    for (i, triangle) in mesh.indices.iter().enumerate() {
+        for (k, _) in triangle.iter().enumerate().filter(|(_, v)| **v as usize >= vertices) {
+            let detail = format!("there are only {vertices} positions");
+            check.refuse(|| at(&format!("shape/indices/{i}/{k}")), detail);
+        }
+    }
+    let Some(normals) = &mesh.normals else { return };
+    if normals.len() != vertices {
+        let detail = format!("{} normals do not match {vertices} positions", normals.len());
+        check.refuse(|| at("shape/normals"), detail);
+    }
+    for (i, normal) in normals.iter().enumerate() {
+        check.direction(*normal, || at(&format!("shape/normals/{i}")));
+    }
+}
+
+fn check_heightfield(check: &mut Checker, field: &Heightfield, at: impl Fn(&str) -> String + Copy) {
+    check.triple(field.origin.0, limits::COORDINATE, || at("shape/origin"));
+    for (k, size) in field.size.into_iter().enumerate() {
+        check.number(size, limits::RADIUS, || at(&format!("shape/size/{k}")));
+    }
+    let columns = field.heights.first().map_or(0, Vec::len);
+    if field.heights.len() < 2 || columns < 2 {
+        check.refuse(|| at("shape/heights"), "a heightfield has at least 2×2 heights");
+    }
+    for (j, row) in field.heights.iter().enumerate() {
+        if row.len() != columns {
+            let detail = format!("this row has {} heights, the first {columns}", row.len());
+            check.refuse(|| at(&format!("shape/heights/{j}")), detail);
+        }
+        for (i, height) in row.iter().enumerate() {
+            check.number(*height, limits::COORDINATE, || at(&format!("shape/heights/{j}/{i}")));
+        }
+    }
+}
+
+fn check_lights(check: &mut Checker, lights: &[Light]) {
+    check.count(lights.len(), COUNTS.lights, "lights", || "/lights".into());
+    check.ids("lights", lights.iter().map(Light::id));
+    for (i, light) in lights.iter().enumerate().take(COUNTS.lights) {
+        let at = |name: &str| format!("/lights/{i}/{name}");
+        let Light::Point(point) = light;
+        check.triple(point.position.0, limits::COORDINATE, || at("position"));
+        check.triple(point.intensity.0, limits::INTENSITY, || at("intensity"));
+    }
+}
+
+fn check_fog(check: &mut Checker, fog: &Fog) {
+    check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
+    check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
+    check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
+    check.ids("fog/terms", fog.terms.iter().map(Term::id));
+    let mut blobs = 0usize;
+    for (i, term) in fog.terms.iter().enumerate().take(COUNTS.terms) {
+        let at = |name: &str| format!("/fog/terms/{i}/{name}");
+        match term {
+            Term::Homogeneous(term) => check_homogeneous(check, term, at),
+            Term::Gaussians(term) => {
+                blobs = blobs.saturating_add(term.blobs.len());
+                check.count(blobs, COUNTS.blobs, "blobs", || at("blobs"));
+                if blobs > COUNTS.blobs {
+                    return;
+                }
+                check_blobs(check, &term.blobs, at);
+            }
+        }
+    }
+    if let Some(detail) = crate::airlight::refusal(fog) {
+        check.refuse(|| "/fog/airlight".into(), detail);
+    }
+}
+
+fn check_homogeneous(check: &mut Checker, term: &Homogeneous, at: impl Fn(&str) -> String) {
+    if let Some(extinction) = term.extinction {
+        check.number(extinction, limits::EXTINCTION, || at("extinction"));
+    }
+    if let Some(visibility_m) = term.visibility_m {
+        check.number(visibility_m, limits::VISIBILITY, || at("visibility_m"));
+    }
+    if term.extinction.is_some() && term.visibility_m.is_some() {
+        check.refuse(|| at("visibility_m"), "give extinction or visibility_m, not both");
+    }
+}
+
+fn check_blobs(check: &mut Checker, blobs: &[Blob], at: impl Fn(&str) -> String) {
+    for (i, blob) in blobs.iter().enumerate() {
+        let at = |name: &str| at(&format!("blobs/{i}/{name}"));
+        check.triple(blob.center.0, limits::COORDINATE, || at("center"));
+        check.number(blob.radius, limits::RADIUS, || at("radius"));
+        check.number(blob.extinction, limits::EXTINCTION, || at("extinction"));
+    }
+}

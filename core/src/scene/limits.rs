@@ -1,0 +1,95 @@
+//! Every bound that a scene and a request must respect, in one place: the checks, the JSON schema
+//! and `GET /v1/limits` all read these constants.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A closed interval of accepted numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Range {
+    /// Smallest accepted value.
+    pub min: f64,
+    /// Largest accepted value.
+    pub max: f64,
+}
+
+impl Range {
+    const fn new(min: f64, max: f64) -> Self {
+        Self { min, max }
+    }
+
+    /// Whether `value` lies in the interval; NaN never does.
+    pub fn contains(&self, value: f64) -> bool {
+        self.min <= value && value <= self.max
+    }
+}
+
+/// World coordinates and components of directions [m].
+pub const COORDINATE: Range = Range::new(-1e9, 1e9);
+/// Distances [m] that may be zero.
+pub const DISTANCE: Range = Range::new(0.0, 1e9);
+/// Where a ray that meets nothing ends [m].
+pub const FAR: Range = Range::new(1e-3, 1e9);
+/// Radii, and sizes that must not vanish [m].
+pub const RADIUS: Range = Range::new(1e-4, 1e8);
+/// Extinction [1/m].
+pub const EXTINCTION: Range = Range::new(0.0, 1e6);
+/// Meteorological visibility [m].
+pub const VISIBILITY: Range = Range::new(1e-5, 1e9);
+/// Radiant intensity [W/sr] and radiance [W/(m² sr)].
+pub const INTENSITY: Range = Range::new(0.0, 1e12);
+/// A fraction per channel: albedos.
+pub const FRACTION: Range = Range::new(0.0, 1.0);
+/// Exponent of the Phong lobe.
+pub const SHININESS: Range = Range::new(0.0, 1e5);
+/// Vertical field of view [degrees].
+pub const FIELD_OF_VIEW: Range = Range::new(0.1, 179.0);
+/// Scene time [s].
+pub const TIME: Range = Range::new(-1e9, 1e9);
+/// Exposure of a picture [stops].
+pub const EXPOSURE: Range = Range::new(-64.0, 64.0);
+
+/// How many of each thing a scene or a request may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Counts {
+    /// Surfaces of a scene.
+    pub surfaces: usize,
+    /// Triangles of all meshes and heightfields together.
+    pub triangles: usize,
+    /// Vertices of all meshes together.
+    pub vertices: usize,
+    /// Lights of a scene.
+    pub lights: usize,
+    /// Fog terms of a scene.
+    pub terms: usize,
+    /// Gaussians of all terms together.
+    pub blobs: usize,
+    /// Characters of an id.
+    pub id_chars: usize,
+    /// Pixels along one side of a picture.
+    pub picture_side: usize,
+    /// Pixels of a picture.
+    pub picture_pixels: usize,
+    /// Pixels along one side of a light's cube face.
+    pub cube_side: usize,
+    /// Samples per pixel along edges.
+    pub samples: usize,
+    /// Rays of a probe.
+    pub rays: usize,
+}
+
+/// The counts that this program accepts.
+pub const COUNTS: Counts = Counts {
+    surfaces: 10_000,
+    triangles: 1_000_000,
+    vertices: 1_000_000,
+    lights: 64,
+    terms: 256,
+    blobs: 200_000,
+    id_chars: 64,
+    picture_side: 8192,
+    picture_pixels: 8_388_608,
+    cube_side: 1024,
+    samples: 16,
+    rays: 65_536,
+};

@@ -1,0 +1,206 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use fogbank_core::image::Format;
+use fogbank_core::request::{Layer, Quality, Tonemap};
+use fogbank_core::scene::{self, Vec3};
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// Previews of fog by published closed forms: a server with a page, and a command line.
+///
+/// Without a command it serves. Every option can also be given as an environment variable.
+#[derive(Parser)]
+#[command(name = "fogbank", version)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What to do.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Serves the API and the page.
+    Serve(ServeArgs),
+    /// Renders a scene into a file.
+    Render(RenderArgs),
+    /// Prints the numbers along one ray as JSON.
+    Probe(ProbeArgs),
+    /// Prints the JSON schema of a scene.
+    Schema,
+}
+
+/// Options of `serve`.
+#[derive(Args, Clone, Debug)]
+pub struct ServeArgs {
+    /// Address and port; port 0 picks a free one.
+    #[arg(
+        long,
+        env = "FOGBANK_LISTEN",
+        default_value = "127.0.0.1:8080",
+        value_name = "ADDR:PORT"
+    )]
+    pub listen: String,
+    /// What renders.
+    #[arg(long, env = "FOGBANK_BACKEND", value_enum, default_value_t)]
+    pub backend: Backend,
+    /// Directory for what the server stores; it is made if missing. Nothing is stored there yet.
+    #[arg(long, env = "FOGBANK_DATA_DIR", value_name = "DIR")]
+    pub data_dir: Option<PathBuf>,
+    /// Requests that may wait while one is rendered; one more is answered with 503.
+    #[arg(long, env = "FOGBANK_QUEUE", default_value_t = 8, value_name = "N", value_parser = queue)]
+    pub queue: usize,
+    /// Seconds for an answer, waiting included; then 504.
+    #[arg(long, env = "FOGBANK_DEADLINE_S", default_value_t = 30.0, value_name = "S",
+        value_parser = seconds)]
+    pub deadline_s: f64,
+    /// The same for scenes whose airlight is `reference`.
+    #[arg(long, env = "FOGBANK_REFERENCE_DEADLINE_S", default_value_t = 300.0, value_name = "S",
+        value_parser = seconds)]
+    pub reference_deadline_s: f64,
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// The best that this machine has.
+    #[default]
+    Auto,
+    /// The processor.
+    Cpu,
+}
+
+/// Options of `render`.
+#[derive(Args)]
+pub struct RenderArgs {
+    /// A scene file, `-` for standard input, or `preset:NAME`.
+    pub scene: String,
+    /// Where to write; the ending says the format: .png .jpg .jpeg .webp .exr .npy
+    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", value_parser = output)]
+    pub out: Output,
+    /// Pixels along a row.
+    #[arg(long, env = "FOGBANK_WIDTH", default_value_t = 960)]
+    pub width: u32,
+    /// Rows of pixels.
+    #[arg(long, env = "FOGBANK_HEIGHT", default_value_t = 540)]
+    pub height: u32,
+    /// draft or full.
+    #[arg(long, env = "FOGBANK_QUALITY", default_value = "full", value_parser = named::<Quality>)]
+    pub quality: Quality,
+    /// beauty, airlight, surface, optical_depth, transmittance, depth or normal.
+    #[arg(long, env = "FOGBANK_LAYER", default_value = "beauty", value_parser = named::<Layer>)]
+    pub layer: Layer,
+    /// Time of the picture, instead of the scene's own [s].
+    #[arg(long, env = "FOGBANK_TIME", value_name = "S", allow_negative_numbers = true)]
+    pub time: Option<f64>,
+    /// Samples per pixel along edges [default: 1 in float formats and drafts, else 4].
+    #[arg(long, env = "FOGBANK_SAMPLES", value_name = "N")]
+    pub samples: Option<u32>,
+    /// Exposure of 8-bit pictures [stops].
+    #[arg(
+        long,
+        env = "FOGBANK_EXPOSURE_EV",
+        default_value_t = 0.0,
+        value_name = "EV",
+        allow_negative_numbers = true
+    )]
+    pub exposure_ev: f64,
+    /// agx, reinhard or none.
+    #[arg(long, env = "FOGBANK_TONEMAP", default_value = "agx", value_parser = named::<Tonemap>)]
+    pub tonemap: Tonemap,
+}
+
+/// Options of `probe`.
+#[derive(Args)]
+pub struct ProbeArgs {
+    /// A scene file, `-` for standard input, or `preset:NAME`.
+    pub scene: String,
+    /// Where the ray starts [m].
+    #[arg(long, env = "FOGBANK_ORIGIN", value_name = "X,Y,Z", value_parser = vec3,
+        allow_hyphen_values = true)]
+    pub origin: Vec3,
+    /// Where it goes; any length but zero.
+    #[arg(long, env = "FOGBANK_DIRECTION", value_name = "X,Y,Z", value_parser = vec3,
+        allow_hyphen_values = true)]
+    pub direction: Vec3,
+    /// Where it ends at the latest [m]; without it, `far_m` of the scene.
+    #[arg(long, env = "FOGBANK_MAX_DISTANCE", value_name = "M", allow_negative_numbers = true)]
+    pub max_distance: Option<f64>,
+}
+
+/// A file to write, and the format that its ending asks for.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Where.
+    pub path: PathBuf,
+    /// In which format.
+    pub format: Format,
+}
+
+fn output(text: &str) -> Result<Output, String> {
+    let path = Path::new(text);
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let format = Format::ALL.into_iter().find(|f| f.extensions().contains(&ending.as_str()));
+    let format = format.ok_or_else(|| {
+        let known: Vec<_> = Format::ALL.iter().flat_map(|f| f.extensions()).copied().collect();
+        format!("the ending must be one of {}", known.join(", "))
+    })?;
+    Ok(Output { path: path.to_owned(), format })
+}
+
+/// A word of the API: the command line takes the same ones.
+fn named<T: DeserializeOwned>(word: &str) -> Result<T, String> {
+    let json = serde_json::Value::from(word).to_string();
+    scene::read(json.as_bytes()).map_err(|error| match error {
+        scene::ReadError::Invalid(problem) => problem.detail,
+        scene::ReadError::NotJson(detail) => detail,
+    })
+}
+
+fn vec3(text: &str) -> Result<Vec3, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let numbers: Option<[f64; 3]> = numbers.ok().and_then(|list| list.try_into().ok());
+    numbers.map(Vec3).ok_or_else(|| "three numbers are needed: x,y,z".into())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "a number of seconds is needed")?;
+    if (1e-3..=86_400.0).contains(&seconds) { Ok(seconds) } else { Err("0.001 to 86400".into()) }
+}
+
+fn queue(text: &str) -> Result<usize, String> {
+    let places = text.parse().ok().filter(|places| (1..=1024).contains(places));
+    places.ok_or_else(|| "1 to 1024".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_words_of_the_api_are_taken() {
+        assert_eq!(named::<Layer>("optical_depth"), Ok(Layer::OpticalDepth));
+        assert!(named::<Layer>("fog").unwrap_err().contains("expected one of"));
+    }
+
+    #[test]
+    fn triples_may_be_negative() {
+        assert_eq!(vec3("-1,2.5, 3e2"), Ok(Vec3([-1.0, 2.5, 300.0])));
+        assert!(vec3("1,2").is_err());
+        let args = ["fogbank", "probe", "-", "--origin", "-1,2,3", "--direction", "0,0,-1"];
+        assert!(Cli::try_parse_from(args).is_ok());
+    }
+
+    #[test]
+    fn the_ending_says_the_format() {
+        assert_eq!(output("a/b.JPEG").unwrap().format, Format::Jpeg);
+        assert!(output("a.gif").unwrap_err().contains("png, jpg"));
+    }
+}

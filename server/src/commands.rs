@@ -1,0 +1,194 @@
+//! `fogbank render`, `probe` and `schema`: the same requests as over HTTP, without a server.
+
+use crate::cli::{Output, ProbeArgs, RenderArgs};
+use crate::routes::probe::ProbeAnswer;
+use fogbank_core::image::encode;
+use fogbank_core::request::{ProbeRequest, RayRequest, RenderRequest};
+use fogbank_core::scene::{self, Problem, ReadError, Scene};
+use fogbank_core::{Interrupted, Progress, Renderer, presets};
+use indicatif::{ProgressBar, ProgressStyle};
+use schemars::schema_for;
+use serde::Serialize;
+use std::io::{self, Read, Write};
+use std::time::Duration;
+
+/// Why a command failed: one line a reason.
+#[derive(Debug)]
+pub struct Failure(pub Vec<String>);
+
+impl Failure {
+    /// A single reason.
+    pub fn new(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Self {
+        Self(vec![format!("{what}: {why}")])
+    }
+}
+
+impl From<Interrupted> for Failure {
+    fn from(interrupted: Interrupted) -> Self {
+        Self(vec![interrupted.to_string()])
+    }
+}
+
+/// Renders a scene into a file.
+///
+/// # Errors
+/// What is wrong with the scene, an option or the file.
+pub fn render(args: RenderArgs) -> Result<(), Failure> {
+    let Output { path, format } = args.out;
+    let mut scene = read_scene(&args.scene)?;
+    scene.time_s = args.time.unwrap_or(scene.time_s);
+    let request = RenderRequest {
+        scene,
+        width: args.width,
+        height: args.height,
+        quality: args.quality,
+        layer: args.layer,
+        samples: args.samples,
+        exposure_ev: args.exposure_ev,
+        tonemap: args.tonemap,
+    };
+    let (scene, mut view) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
+    view = view.for_format(format);
+    let renderer = Renderer::default();
+    let frame = watched(|progress| renderer.render(&scene, &view, progress))?;
+    let name = path.display();
+    let file = encode(&frame, &view, format).map_err(|error| Failure::new(&name, error))?;
+    std::fs::write(&path, file).map_err(|error| Failure::new(&name, error))
+}
+
+/// Prints the numbers along one ray.
+///
+/// # Errors
+/// What is wrong with the scene or an option.
+pub fn probe(args: ProbeArgs) -> Result<(), Failure> {
+    let ray = RayRequest {
+        origin: args.origin,
+        direction: args.direction,
+        max_distance_m: args.max_distance,
+    };
+    let request = ProbeRequest { scene: read_scene(&args.scene)?, rays: vec![ray] };
+    let (scene, rays) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
+    let renderer = Renderer::default();
+    let rays = watched(|progress| renderer.probe(&scene, &rays, progress))?;
+    print(&ProbeAnswer { rays })
+}
+
+/// Prints the JSON schema of a scene.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn schema() -> Result<(), Failure> {
+    print(&schema_for!(Scene))
+}
+
+fn print(value: &impl Serialize) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
+    match written.and_then(|()| writeln!(out)) {
+        // Whoever read it, `head` perhaps, has had enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|error| Failure::new("standard output", error)),
+    }
+}
+
+/// A scene by the name of a file, `-` for standard input, or `preset:NAME`.
+fn read_scene(name: &str) -> Result<Scene, Failure> {
+    if let Some(preset) = name.strip_prefix("preset:") {
+        let mut all = presets::all();
+        if let Some(i) = all.iter().position(|known| known.name == preset) {
+            return Ok(all.swap_remove(i).scene);
+        }
+        let names: Vec<_> = all.iter().map(|known| known.name).collect();
+        return Err(Failure::new(name, format!("the presets are {}", names.join(", "))));
+    }
+    let mut json = Vec::new();
+    let read = match name {
+        "-" => io::stdin().lock().read_to_end(&mut json).map(drop),
+        file => std::fs::read(file).map(|bytes| json = bytes),
+    };
+    read.map_err(|error| Failure::new(name, error))?;
+    scene::read(&json).map_err(|error| match error {
+        ReadError::NotJson(_) => Failure::new(name, error),
+        ReadError::Invalid(problem) => invalid_scene(name, vec![problem]),
+    })
+}
+
+fn invalid_scene(name: &str, problems: Vec<Problem>) -> Failure {
+    let lines = problems.into_iter().map(|Problem { pointer, detail }| match pointer.as_str() {
+        "" => format!("{name}: {detail}"),
+        _ => format!("{name}: {pointer}: {detail}"),
+    });
+    Failure(lines.collect())
+}
+
+/// What a check of the whole request found: pointers into the file, or the option at fault.
+fn invalid(name: &str, problems: Vec<Problem>) -> Failure {
+    let line = |Problem { pointer, detail }: Problem| {
+        if let Some(pointer) = pointer.strip_prefix("/scene") {
+            return format!("{name}: {pointer}: {detail}");
+        }
+        let member = pointer.trim_start_matches("/rays/0").trim_start_matches('/');
+        let member = member.split('/').next().unwrap_or_default().trim_end_matches("_m");
+        format!("--{}: {detail}", member.replace('_', "-"))
+    };
+    Failure(problems.into_iter().map(line).collect())
+}
+
+/// Runs `work`, with a progress bar on a terminal's standard error when it takes long.
+fn watched<T: Send>(
+    work: impl FnOnce(&Progress) -> Result<T, Interrupted> + Send,
+) -> Result<T, Interrupted> {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    const TICK: Duration = Duration::from_millis(100);
+    const STEPS: f64 = 1000.0;
+    let progress = Progress::default();
+    std::thread::scope(|scope| {
+        let (finished, end) = std::sync::mpsc::channel::<()>();
+        scope.spawn({
+            let progress = &progress;
+            move || {
+                if end.recv_timeout(PATIENCE) != Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
+                    return;
+                }
+                let bar = ProgressBar::new(STEPS as u64).with_style(style());
+                while end.recv_timeout(TICK) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
+                    bar.set_position((progress.fraction() * STEPS) as u64);
+                }
+                bar.finish_and_clear();
+            }
+        });
+        let result = work(&progress);
+        drop(finished);
+        result
+    })
+}
+
+fn style() -> ProgressStyle {
+    let template = "{wide_bar} {percent:>3} % {elapsed} ({eta} left)";
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(pointer: &str) -> Vec<String> {
+        let problem = Problem { pointer: pointer.into(), detail: "no".into() };
+        invalid("a.json", vec![problem]).0
+    }
+
+    #[test]
+    fn a_failure_names_the_place_in_the_file_or_the_option() {
+        assert_eq!(lines("/scene/lights/0/id"), ["a.json: /lights/0/id: no"]);
+        assert_eq!(lines("/width"), ["--width: no"]);
+        assert_eq!(lines("/exposure_ev"), ["--exposure-ev: no"]);
+        assert_eq!(lines("/rays/0/direction/1"), ["--direction: no"]);
+        assert_eq!(lines("/rays/0/max_distance_m"), ["--max-distance: no"]);
+    }
+
+    #[test]
+    fn an_unknown_preset_lists_the_known_ones() {
+        let failure = read_scene("preset:nothing").unwrap_err();
+        assert!(failure.0[0].starts_with("preset:nothing: the presets are "));
+    }
+}

@@ -1,0 +1,265 @@
+//! The OpenAPI 3.1 document, put together from the table of routes and the types' own schemas.
+
+use crate::answer::JSON;
+use crate::app;
+use crate::problem::{self, Problem};
+use axum::http::StatusCode;
+use fogbank_core::image::Format;
+use fogbank_core::scene::Scene;
+use schemars::generate::{SchemaGenerator, SchemaSettings};
+use schemars::{JsonSchema, Schema};
+use serde_json::{Map, Value, json};
+
+/// Where the document keeps the schemas of types.
+const SCHEMAS: &str = "/components/schemas";
+
+/// Makes schemas of types, and remembers those that others refer to.
+pub fn generator() -> SchemaGenerator {
+    SchemaSettings::draft2020_12()
+        .with(|settings| {
+            settings.definitions_path = SCHEMAS.into();
+            settings.meta_schema = None;
+        })
+        .into_generator()
+}
+
+/// What one method of a path takes and answers.
+pub struct Operation {
+    method: &'static str,
+    summary: &'static str,
+    request: Option<Schema>,
+    content: Map<String, Value>,
+    headers: Map<String, Value>,
+    refusals: Vec<StatusCode>,
+}
+
+impl Operation {
+    /// A `GET`, described by one sentence.
+    pub fn get(summary: &'static str) -> Self {
+        Self {
+            method: "get",
+            summary,
+            request: None,
+            content: Map::new(),
+            headers: Map::new(),
+            refusals: vec![StatusCode::INTERNAL_SERVER_ERROR],
+        }
+    }
+
+    /// A `POST` of a JSON body, with all the refusals that such a body may meet.
+    pub fn post<T: JsonSchema>(summary: &'static str, schemas: &mut SchemaGenerator) -> Self {
+        let refusals = vec![
+            StatusCode::BAD_REQUEST,
+            StatusCode::REQUEST_TIMEOUT,
+            StatusCode::PAYLOAD_TOO_LARGE,
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            StatusCode::INTERNAL_SERVER_ERROR,
+            StatusCode::SERVICE_UNAVAILABLE,
+            StatusCode::GATEWAY_TIMEOUT,
+        ];
+        let request = Some(schemas.subschema_for::<T>());
+        Self { method: "post", request, refusals, ..Self::get(summary) }
+    }
+
+    /// Answers a type as JSON.
+    pub fn json<T: JsonSchema>(self, schemas: &mut SchemaGenerator) -> Self {
+        let schema = schemas.subschema_for::<T>();
+        self.content(JSON, json!({ "schema": schema }))
+    }
+
+    /// Answers something else.
+    pub fn content(mut self, media_type: &str, description: Value) -> Self {
+        self.content.insert(media_type.into(), description);
+        self
+    }
+
+    /// Answers a picture in one of `formats`, by `Accept`.
+    pub fn picture(mut self, formats: &[Format]) -> Self {
+        self.refusals.push(StatusCode::NOT_ACCEPTABLE);
+        let operation = self
+            .header("ETag", "The same bytes have the same tag.")
+            .header("Fog-Backend", "Where the picture was made.")
+            .header("Fog-Quality", "`draft` or `full`.")
+            .header("Server-Timing", "Milliseconds in the queue, in each pass and encoding.");
+        formats.iter().fold(operation, |operation, format| {
+            operation.content(format.content_type(), json!({}))
+        })
+    }
+
+    /// The answer carries this header.
+    pub fn header(mut self, name: &str, description: &str) -> Self {
+        let header = json!({ "description": description, "schema": { "type": "string" } });
+        self.headers.insert(name.into(), header);
+        self
+    }
+
+    /// May also be refused with this status.
+    pub fn refuses(mut self, status: StatusCode) -> Self {
+        self.refusals.push(status);
+        self
+    }
+
+    fn document(mut self) -> Value {
+        let mut success = json!({ "description": "Success", "content": self.content });
+        if !self.headers.is_empty() {
+            success["headers"] = self.headers.into();
+        }
+        let mut responses = Map::from_iter([("200".into(), success)]);
+        self.refusals.sort();
+        for status in self.refusals {
+            let reference = json!({ "$ref": format!("#/components/responses/{}", name(status)) });
+            responses.insert(status.as_str().into(), reference);
+        }
+        let mut operation = json!({ "summary": self.summary, "responses": responses });
+        if let Some(schema) = self.request {
+            let content = json!({ JSON: { "schema": schema } });
+            operation["requestBody"] = json!({ "required": true, "content": content });
+        }
+        json!({ self.method: operation })
+    }
+}
+
+/// The whole document.
+pub fn document() -> Value {
+    let mut schemas = generator();
+    schemas.subschema_for::<Scene>();
+    let mut paths = Map::new();
+    for route in app::routes() {
+        paths.insert(route.path.into(), (route.operation)(&mut schemas).document());
+    }
+    let responses = refusals(&mut schemas);
+    let mut definitions = schemas.take_definitions(true);
+    name_variants(&mut definitions);
+    json!({
+        "openapi": "3.1.0",
+        "jsonSchemaDialect": "https://json-schema.org/draft/2020-12/schema",
+        "info": {
+            "title": "Fogbank",
+            "version": env!("CARGO_PKG_VERSION"),
+            "description": "Previews of fog by published closed forms. Lengths are metres, angles \
+                degrees, colours linear Rec. 709; the world is right-handed, +Y up.",
+            "license": { "name": env!("CARGO_PKG_LICENSE"), "identifier": env!("CARGO_PKG_LICENSE") },
+        },
+        "servers": [{ "url": "/" }],
+        "paths": paths,
+        "components": { "schemas": definitions, "responses": responses },
+    })
+}
+
+/// Every refusal that a route may answer, by name.
+fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
+    let schema = schemas.subschema_for::<Problem>();
+    let all = [
+        (StatusCode::BAD_REQUEST, "The body is not JSON."),
+        (StatusCode::NOT_ACCEPTABLE, "`Accept` takes no format that is offered."),
+        (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
+        (StatusCode::PAYLOAD_TOO_LARGE, "The body is larger than `/v1/limits` allows."),
+        (StatusCode::UNSUPPORTED_MEDIA_TYPE, "The body is not declared as JSON."),
+        (StatusCode::UNPROCESSABLE_ENTITY, "The body is JSON, but no valid request."),
+        (StatusCode::INTERNAL_SERVER_ERROR, "The server failed."),
+        (StatusCode::SERVICE_UNAVAILABLE, "Busy: come again after `Retry-After` seconds."),
+        (StatusCode::GATEWAY_TIMEOUT, "The deadline passed."),
+    ];
+    let describe = |(status, description): (StatusCode, &str)| {
+        let content = json!({ problem::CONTENT_TYPE: { "schema": schema } });
+        let mut response = json!({ "description": description, "content": content });
+        if status == StatusCode::SERVICE_UNAVAILABLE {
+            let seconds = json!({ "description": "Seconds.", "schema": { "type": "integer" } });
+            response["headers"] = json!({ "Retry-After": seconds });
+        }
+        (name(status), response)
+    };
+    all.into_iter().map(describe).collect()
+}
+
+/// `UnprocessableEntity`.
+fn name(status: StatusCode) -> String {
+    status.canonical_reason().unwrap_or_default().split(' ').collect()
+}
+
+/// Gives every variant of a tagged union a name of its own, `PlaneShape` or `PointLight`, and says
+/// which member tells them apart: generated clients have named types then.
+fn name_variants(definitions: &mut Map<String, Value>) {
+    let mut named = Map::new();
+    for (union, schema) in definitions.iter_mut() {
+        let Some(variants) = schema.get_mut("oneOf").and_then(Value::as_array_mut) else {
+            continue;
+        };
+        let mut mapping = Map::new();
+        for variant in variants {
+            let Some(kind) = variant.pointer("/properties/kind/const").and_then(Value::as_str)
+            else {
+                continue;
+            };
+            let (kind, name) = (kind.to_owned(), format!("{}{union}", pascal_case(kind)));
+            let reference = format!("#{SCHEMAS}/{name}");
+            mapping.insert(kind, reference.clone().into());
+            named.insert(name, std::mem::replace(variant, json!({ "$ref": reference })));
+        }
+        if !mapping.is_empty() {
+            schema["discriminator"] = json!({ "propertyName": "kind", "mapping": mapping });
+        }
+    }
+    definitions.append(&mut named);
+}
+
+fn pascal_case(snake_case: &str) -> String {
+    let capitalise = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map(|first| first.to_ascii_uppercase().to_string() + letters.as_str())
+    };
+    snake_case.split('_').filter_map(capitalise).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn references(value: &Value, into: &mut Vec<String>) {
+        match value {
+            Value::Object(members) => {
+                into.extend(members.get("$ref").and_then(Value::as_str).map(str::to_owned));
+                members.values().for_each(|member| references(member, into));
+            }
+            Value::Array(items) => items.iter().for_each(|item| references(item, into)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_reference_leads_somewhere() {
+        let document = document();
+        let mut all = Vec::new();
+        references(&document, &mut all);
+        assert!(all.len() > 50);
+        for reference in all {
+            let pointer = reference.strip_prefix('#').unwrap();
+            assert!(document.pointer(pointer).is_some(), "{reference}");
+        }
+    }
+
+    #[test]
+    fn every_route_and_type_is_there_and_described() {
+        let document = document();
+        for route in app::routes() {
+            let operations = document["paths"][route.path].as_object().unwrap();
+            for operation in operations.values() {
+                assert!(operation["summary"].as_str().is_some_and(|text| !text.is_empty()));
+                assert!(!operation["responses"]["200"]["content"].as_object().unwrap().is_empty());
+            }
+        }
+        let schemas = document["components"]["schemas"].as_object().unwrap();
+        for name in ["Scene", "Camera", "Fog", "GaussiansTerm", "PointLight", "Problem"] {
+            assert!(schemas.contains_key(name), "{name}");
+        }
+        for (name, schema) in schemas {
+            assert!(schema["description"].is_string(), "{name} has no description");
+        }
+    }
+
+    #[test]
+    fn it_is_always_the_same() {
+        assert_eq!(document().to_string(), document().to_string());
+    }
+}

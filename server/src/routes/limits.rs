@@ -1,0 +1,89 @@
+//! `GET /v1/limits`: every bound that a request must respect.
+
+use crate::answer;
+use crate::app::App;
+use crate::extract::BODY_BYTES;
+use crate::openapi::Operation;
+use axum::extract::State;
+use axum::response::Response;
+use fogbank_core::scene::limits::{self, COUNTS, Counts, Range};
+use schemars::{JsonSchema, SchemaGenerator};
+use serde::Serialize;
+
+/// Every bound that a request must respect.
+#[derive(Serialize, JsonSchema)]
+struct Limits {
+    /// Bytes of a request's body.
+    body_bytes: usize,
+    /// Requests that may wait while one is rendered; one more is refused with 503.
+    queue: usize,
+    /// Time for an answer, waiting included [s].
+    deadline_s: f64,
+    /// The same for scenes whose airlight is `reference` [s].
+    reference_deadline_s: f64,
+    /// How many of each thing there may be.
+    counts: Counts,
+    /// Which numbers are accepted.
+    ranges: Ranges,
+}
+
+/// Accepted numbers, both ends included.
+#[derive(Serialize, JsonSchema)]
+struct Ranges {
+    /// World coordinates and components of directions [m].
+    coordinate: Range,
+    /// Distances that may be zero [m].
+    distance: Range,
+    /// `far_m` [m].
+    far: Range,
+    /// Radii, and sizes that must not vanish [m].
+    radius: Range,
+    /// Extinction [1/m].
+    extinction: Range,
+    /// Meteorological visibility [m].
+    visibility: Range,
+    /// Radiant intensity [W/sr] and radiance [W/(m² sr)].
+    intensity: Range,
+    /// Albedos.
+    fraction: Range,
+    /// Exponent of the Phong lobe.
+    shininess: Range,
+    /// Vertical field of view [degrees].
+    field_of_view: Range,
+    /// Scene time [s].
+    time: Range,
+    /// Exposure [stops].
+    exposure: Range,
+}
+
+const RANGES: Ranges = Ranges {
+    coordinate: limits::COORDINATE,
+    distance: limits::DISTANCE,
+    far: limits::FAR,
+    radius: limits::RADIUS,
+    extinction: limits::EXTINCTION,
+    visibility: limits::VISIBILITY,
+    intensity: limits::INTENSITY,
+    fraction: limits::FRACTION,
+    shininess: limits::SHININESS,
+    field_of_view: limits::FIELD_OF_VIEW,
+    time: limits::TIME,
+    exposure: limits::EXPOSURE,
+};
+
+/// The bounds of this server.
+pub async fn list(State(app): State<App>) -> Response {
+    answer::json(&Limits {
+        body_bytes: BODY_BYTES,
+        queue: app.options.queue,
+        deadline_s: app.options.deadline_s,
+        reference_deadline_s: app.options.reference_deadline_s,
+        counts: COUNTS,
+        ranges: RANGES,
+    })
+}
+
+/// Its documentation.
+pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
+    Operation::get("Every bound that a request must respect.").json::<Limits>(schemas)
+}

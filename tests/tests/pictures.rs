@@ -1,0 +1,419 @@
+//! What a picture shows, and that every field of a scene shows in it.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test stops where it fails, and says what it measured"
+)]
+
+use fogbank_core::image::{Format, encode, encode_png16};
+use fogbank_core::request::{Layer, Quality, Tonemap, View};
+use fogbank_core::scene::CheckedScene;
+use fogbank_core::{Frame, Interrupted, Progress, Renderer};
+use fogbank_tests::scenes::*;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// A scene in which every field of every kind takes part.
+fn stage() -> Value {
+    json!({
+        "camera": { "position": [0.5, 1.5, 7], "target": [0, 0.5, 0], "up": [0, 1, 0],
+                    "projection": { "kind": "perspective", "vertical_fov_deg": 45 } },
+        "background": [0.05, 0.08, 0.1],
+        "surfaces": surfaces(),
+        "lights": [
+            { "kind": "point", "position": [-1, 2, 2], "intensity": [40, 30, 20] },
+            { "kind": "point", "position": [2, 1, 1], "intensity": [5, 10, 20] },
+        ],
+        "fog": {
+            "albedo": [0.9, 0.8, 0.7], "ambient": [0.2, 0.25, 0.3],
+            "terms": [
+                { "kind": "homogeneous", "extinction": 0.03 },
+                { "kind": "gaussians", "blobs": [
+                    { "center": [1, 0, 2], "radius": 1.2, "extinction": 0.4 },
+                    { "center": [-2, 1, 0], "radius": 0.8, "extinction": 0.6 } ] },
+            ],
+        },
+        "far_m": 60,
+    })
+}
+
+fn beauty(width: u32, height: u32) -> View {
+    view(width, height, Layer::Beauty, Quality::Full)
+}
+
+fn picture(json: &Value) -> Vec<f32> {
+    render(&scene(json), &beauty(48, 36)).pixels
+}
+
+/// JSON pointers with a value that differs from the stage's.
+fn edits() -> Vec<(&'static str, Value)> {
+    vec![
+        ("/camera/position/0", json!(0.9)),
+        ("/camera/target/1", json!(0.9)),
+        ("/camera/up/0", json!(0.3)),
+        ("/camera/projection/vertical_fov_deg", json!(40)),
+        ("/camera/projection", json!({ "kind": "orthographic", "height_m": 6 })),
+        ("/background/2", json!(0.2)),
+        ("/far_m", json!(20)),
+        ("/lights/0/position/1", json!(2.5)),
+        ("/lights/0/intensity/2", json!(21)),
+        ("/lights/1/enabled", json!(false)),
+        ("/fog/albedo/0", json!(0.5)),
+        ("/fog/ambient/1", json!(0.5)),
+        ("/fog/airlight", json!("none")),
+        ("/fog/airlight", json!("reference")),
+        ("/fog/terms/0/extinction", json!(0.04)),
+        ("/fog/terms/0", json!({ "kind": "homogeneous", "visibility_m": 50 })),
+        ("/fog/terms/0/enabled", json!(false)),
+        ("/fog/terms/1/enabled", json!(false)),
+        ("/fog/terms/1/blobs/0/center/0", json!(0.5)),
+        ("/fog/terms/1/blobs/0/radius", json!(1.3)),
+        ("/fog/terms/1/blobs/1/extinction", json!(0.5)),
+        ("/surfaces/0/enabled", json!(false)),
+        ("/surfaces/0/shape/point/1", json!(-1.8)),
+        ("/surfaces/0/shape/normal/0", json!(0.2)),
+        ("/surfaces/0/material/diffuse/0", json!(0.7)),
+        ("/surfaces/2/material/specular/1", json!(0.6)),
+        ("/surfaces/2/material/shininess", json!(4)),
+        ("/surfaces/1/material/emission/0", json!(0.2)),
+        ("/surfaces/1/shape/center/2", json!(-0.5)),
+        ("/surfaces/1/shape/radius", json!(1.3)),
+        ("/surfaces/2/shape/min/0", json!(0.3)),
+        ("/surfaces/2/shape/max/1", json!(0.8)),
+        ("/surfaces/3/shape/positions/2/1", json!(3.5)),
+        ("/surfaces/3/shape/indices", json!([])),
+        ("/surfaces/3/shape/normals/0/0", json!(-0.9)),
+        ("/surfaces/4/shape/origin/1", json!(-1.5)),
+        ("/surfaces/4/shape/size/1", json!(4)),
+        ("/surfaces/4/shape/heights/1/1", json!(3)),
+    ]
+}
+
+/// Sets what a pointer names, making the last member where there is none.
+fn edited(scene: &Value, pointer: &str, value: &Value) -> Value {
+    let mut scene = scene.clone();
+    let (parent, name) = pointer.rsplit_once('/').unwrap();
+    let parent = scene.pointer_mut(parent).unwrap_or_else(|| panic!("nothing at {pointer}"));
+    match name.parse::<usize>() {
+        Ok(place) if parent.is_array() => parent[place] = value.clone(),
+        _ => parent[name] = value.clone(),
+    }
+    scene
+}
+
+/// A field that changed nothing would be a lie in the documentation.
+#[test]
+fn every_field_changes_the_picture() {
+    let stage = stage();
+    let before = picture(&stage);
+    for (pointer, value) in edits() {
+        assert_ne!(picture(&edited(&stage, pointer, &value)), before, "{pointer} = {value}");
+    }
+    let no_blobs = edited(&stage, "/fog/terms/1/enabled", &json!(false));
+    let published = edited(&no_blobs, "/fog/airlight", &json!("sun2005"));
+    assert_eq!(picture(&published), picture(&no_blobs), "auto is sun2005 without blobs");
+}
+
+/// `enabled: false` hides a thing as if it were not there.
+#[test]
+fn disabled_is_absent() {
+    let stage = stage();
+    let shorter = |list: &str, place: usize| {
+        let mut scene = stage.clone();
+        scene.pointer_mut(list).unwrap().as_array_mut().unwrap().remove(place);
+        scene
+    };
+    for (list, count) in [("/surfaces", 5), ("/lights", 2), ("/fog/terms", 2)] {
+        for place in 0..count {
+            let hidden = edited(&stage, &format!("{list}/{place}/enabled"), &json!(false));
+            assert_eq!(picture(&hidden), picture(&shorter(list, place)), "{list}/{place}");
+        }
+    }
+}
+
+fn png(frame: &Frame, view: &View) -> Vec<u8> {
+    encode(frame, view, Format::Png).expect("a picture")
+}
+
+struct Decoded {
+    width: u32,
+    height: u32,
+    bytes: Vec<u8>,
+    depth: png::BitDepth,
+    color: png::ColorType,
+}
+
+fn decode(file: &[u8]) -> Decoded {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("pixels");
+    let (width, height, depth, color) = (info.width, info.height, info.bit_depth, info.color_type);
+    Decoded { width, height, bytes, depth, color }
+}
+
+/// Mean FLIP difference of two 8-bit pictures.
+fn flip(a: &Decoded, b: &Decoded) -> f32 {
+    assert_eq!((a.width, a.height), (b.width, b.height), "sizes");
+    let image = |d: &Decoded| nv_flip::FlipImageRgb8::with_data(d.width, d.height, &d.bytes);
+    let errors = nv_flip::flip(image(a), image(b), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    nv_flip::FlipPool::from_image(&errors).mean()
+}
+
+/// A draft is the picture that the full one will be: the eye must not see it jump.
+#[test]
+fn drafts_look_like_full_pictures() {
+    let scene = scene(&stage());
+    let full = View { samples: Some(1), ..beauty(192, 144) };
+    let draft = View { quality: Quality::Draft, ..full };
+    let [full, draft] = [full, draft].map(|view| decode(&png(&render(&scene, &view), &view)));
+    let difference = flip(&full, &draft);
+    println!("FLIP of a draft: {difference}");
+    // FLIP: 0 is the same, 1 is black against white; 0.02 cannot be told apart in a moving picture.
+    assert!(difference < 0.02, "{difference}");
+}
+
+/// No halo: right in front of a foreground edge a draft shows the foreground's fog, not the dense
+/// fog behind it.
+#[test]
+fn drafts_have_no_halo() {
+    const SIZE: usize = 96;
+    let scene = scene(&json!({
+        "camera": { "position": [0, 0, 6], "target": [0, 0, 0] },
+        "surfaces": [{ "shape": { "kind": "sphere", "center": [0, 0, 3], "radius": 0.7 } }],
+        "lights": [{ "position": [2.5, 2, -2], "kind": "point", "intensity": [50, 50, 50] }],
+        "fog": { "terms": [{ "kind": "gaussians", "blobs": [
+            { "center": [0, 0, -3], "radius": 3, "extinction": 1 },
+            { "center": [0, 0, 4], "radius": 4, "extinction": 0.02 } ] }] },
+        "far_m": 40,
+    }));
+    let frame =
+        |quality, layer| render(&scene, &view(SIZE as u32, SIZE as u32, layer, quality)).pixels;
+    let depth = frame(Quality::Full, Layer::Depth);
+    let hit = |x: usize, y: usize| depth[y * SIZE + x] < 10.0;
+    let [full, draft] = [Quality::Full, Quality::Draft].map(|q| frame(q, Layer::Airlight));
+    let mut border = 0;
+    for y in 1..SIZE - 1 {
+        for x in 1..SIZE - 1 {
+            let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+            if !hit(x, y) || around.iter().all(|(x, y)| hit(*x, *y)) {
+                continue;
+            }
+            border += 1;
+            let at = 3 * (y * SIZE + x);
+            // Half a pixel's depth on a silhouette changes its fog by some percent.
+            let relative = (draft[at] / full[at] - 1.0).abs();
+            assert!(relative < 0.1, "{x}, {y}: {} instead of {}", draft[at], full[at]);
+        }
+    }
+    assert!(border > 50, "the sphere has a border of {border} pixels");
+}
+
+/// More samples smooth edges and leave everything else as it is.
+#[test]
+fn samples_touch_edges_only() {
+    const SIZE: (usize, usize) = (64, 48);
+    let scene = scene(&stage());
+    let view = |layer, samples| View {
+        layer,
+        samples: Some(samples),
+        ..beauty(SIZE.0 as u32, SIZE.1 as u32)
+    };
+    let frame = |layer, samples| render(&scene, &view(layer, samples)).pixels;
+    let (one, four) = (frame(Layer::Beauty, 1), frame(Layer::Beauty, 4));
+    let depth = frame(Layer::Depth, 1);
+    let normal = frame(Layer::Normal, 1);
+    // Alike to the eye of this test: a smaller jump of depth and a smaller bend than any edge has.
+    let smooth = |i: usize, j: usize| {
+        let bend: f32 = (0..3).map(|k| normal[3 * i + k] * normal[3 * j + k]).sum();
+        (depth[i] - depth[j]).abs() < 0.02 * depth[i].min(depth[j])
+            && (bend > 0.98 || normal[3 * i..3 * i + 3] == normal[3 * j..3 * j + 3])
+    };
+    let (mut inside, mut changed) = (0, 0);
+    for y in 1..SIZE.1 - 1 {
+        for x in 1..SIZE.0 - 1 {
+            let at = y * SIZE.0 + x;
+            let same = one[3 * at..3 * at + 3] == four[3 * at..3 * at + 3];
+            changed += usize::from(!same);
+            if [at - 1, at + 1, at - SIZE.0, at + SIZE.0].iter().all(|next| smooth(at, *next)) {
+                inside += 1;
+                assert!(same, "pixel {x}, {y} is no edge");
+            }
+        }
+    }
+    assert!(inside > 1000 && changed > 100, "{inside} pixels inside, {changed} changed");
+}
+
+/// Where nothing has an edge, samples change nothing; and 8-bit full pictures alone take four.
+#[test]
+fn samples_leave_a_flat_picture() {
+    let flat = edited(&stage(), "/surfaces", &json!([]));
+    let scene = scene(&flat);
+    let frame = |samples| render(&scene, &View { samples: Some(samples), ..beauty(40, 30) }).pixels;
+    assert_eq!(frame(1), frame(16));
+    let samples = |format, quality| {
+        View { samples: None, quality, ..beauty(8, 8) }.for_format(format).samples
+    };
+    for format in Format::ALL {
+        let full = if format.is_float() { 1 } else { 4 };
+        assert_eq!(samples(format, Quality::Full), Some(full), "{format:?}");
+        assert_eq!(samples(format, Quality::Draft), Some(1), "{format:?}");
+    }
+}
+
+/// The same request gives the same bytes, whatever was rendered before it.
+#[test]
+fn frames_do_not_depend_on_earlier_frames() {
+    let renderer = Renderer::default();
+    let bytes = |json: &Value, quality| {
+        let view = View { quality, samples: Some(4), ..beauty(64, 48) };
+        let frame = renderer.render(&scene(json), &view, &Progress::default()).unwrap();
+        (png(&frame, &view), frame.pixels)
+    };
+    let a = stage();
+    let others = [
+        edited(&a, "/fog/terms/1/blobs/0/center/0", &json!(0)),
+        edited(&a, "/lights/0/position/0", &json!(1)),
+        edited(&a, "/surfaces/1/shape/radius", &json!(0.5)),
+        edited(&a, "/camera/position/0", &json!(3)),
+    ];
+    for quality in [Quality::Full, Quality::Draft] {
+        let first = bytes(&a, quality);
+        assert!(first == bytes(&a, quality), "{quality:?}: the same request");
+        for other in &others {
+            bytes(other, quality);
+            assert!(first == bytes(&a, quality), "{quality:?}: after another scene");
+        }
+        let fresh = Renderer::default();
+        let view = View { quality, samples: Some(4), ..beauty(64, 48) };
+        let alone = fresh.render(&scene(&a), &view, &Progress::default()).unwrap();
+        assert!(first.1 == alone.pixels, "{quality:?}: a new renderer");
+    }
+}
+
+/// Compares a picture with the one that is kept, which `FOGBANK_BLESS=1` writes.
+fn golden(name: &str, scene: &CheckedScene, layer: Layer) {
+    let view = View { layer, samples: Some(4), for_screen: true, ..beauty(128, 96) };
+    let file = png(&render(scene, &view), &view);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden").join(format!("{name}.png"));
+    if std::env::var_os("FOGBANK_BLESS").is_some() {
+        std::fs::write(&path, &file).expect("a place for the golden picture");
+    }
+    let kept = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    assert!(kept.len() <= 64 * 1024, "{name}: {} bytes", kept.len());
+    let difference = flip(&decode(&kept), &decode(&file));
+    // One level of 8 bits everywhere is about 0.004; lanes of another width move fewer pixels.
+    assert!(difference < 0.01, "{name}: FLIP {difference}");
+}
+
+/// Every kind of fog looks as it did when somebody looked at it.
+#[test]
+fn fogs_look_as_they_did() {
+    let stage = stage();
+    for (name, hidden) in [("homogeneous", 1), ("gaussians", 0)] {
+        let fog = edited(&stage, &format!("/fog/terms/{hidden}/enabled"), &json!(false));
+        golden(name, &scene(&fog), Layer::Beauty);
+    }
+}
+
+/// So does every kind of shape.
+#[test]
+fn shapes_look_as_they_did() {
+    let stage = stage();
+    for (place, name) in ["plane", "sphere", "box", "mesh", "heightfield"].into_iter().enumerate() {
+        let one = json!([stage["surfaces"][place]]);
+        golden(name, &scene(&edited(&stage, "/surfaces", &one)), Layer::Beauty);
+    }
+}
+
+/// And every layer.
+#[test]
+fn layers_look_as_they_did() {
+    let scene = scene(&stage());
+    for layer in [
+        Layer::Beauty,
+        Layer::Airlight,
+        Layer::Surface,
+        Layer::OpticalDepth,
+        Layer::Transmittance,
+        Layer::Depth,
+        Layer::Normal,
+    ] {
+        let name = serde_json::to_value(layer).unwrap().as_str().unwrap().to_owned();
+        golden(&name, &scene, layer);
+    }
+}
+
+fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<u8> {
+    let pixels: Vec<f32> = values.iter().flat_map(|v| [*v; 3]).collect();
+    let frame =
+        Frame { width: values.len(), height: 1, layer: Layer::Beauty, pixels, timings: vec![] };
+    let view = View { tonemap, exposure_ev, ..beauty(values.len() as u32, 1) };
+    decode(&png(&frame, &view)).bytes
+}
+
+/// A screen's white is radiance 1 without a tone map, and its curve is sRGB's.
+#[test]
+fn no_tone_map_is_srgb() {
+    let shown = tonemapped(&[0.0, 0.001, 0.214_041_14, 0.5, 1.0, 7.0], Tonemap::None, 0.0);
+    let grey: Vec<_> = shown.chunks(3).map(|rgb| rgb[0]).collect();
+    // IEC 61966-2-1: 0.001 · 12.92 · 255 = 3.3; 0.2140 is half; 0.5 is 187.5 to 188.
+    assert_eq!(grey, [0, 3, 128, 188, 255, 255]);
+    // A stop doubles.
+    assert_eq!(tonemapped(&[0.5], Tonemap::None, 1.0), [255; 3]);
+    // Reinhard halves 1.
+    assert_eq!(tonemapped(&[1.0], Tonemap::Reinhard, 0.0), [188; 3]);
+}
+
+/// More light never looks darker, from black to far beyond white, in any channel.
+#[test]
+fn tone_maps_rise_with_exposure() {
+    for tonemap in [Tonemap::None, Tonemap::Reinhard, Tonemap::Agx] {
+        let shown = |ev: i32| {
+            let bytes = tonemapped(&[0.01, 0.18, 1.0], tonemap, 0.25 * f64::from(ev));
+            assert!(bytes.chunks(3).all(|rgb| rgb[0].abs_diff(rgb[1]) <= 1), "grey stays grey");
+            bytes
+        };
+        let mut last = shown(-80);
+        assert!(last.iter().all(|v| *v < 8), "{tonemap:?} is dark at −20 stops: {last:?}");
+        for ev in -79..=80 {
+            let next = shown(ev);
+            assert!(last.iter().zip(&next).all(|(a, b)| a <= b), "{tonemap:?} at {ev}/4 stops");
+            last = next;
+        }
+        assert!(last.iter().all(|v| *v > 247), "{tonemap:?} is white at 20 stops: {last:?}");
+    }
+}
+
+/// A 16-bit optical-depth picture tells every depth to half of one part in 65535 of its largest.
+#[test]
+fn sixteen_bits_hold_optical_depths() {
+    let scene = scene(&stage());
+    let frame = render(&scene, &view(40, 30, Layer::OpticalDepth, Quality::Full));
+    let (file, scale) = encode_png16(&frame).unwrap();
+    let decoded = decode(&file);
+    assert_eq!((decoded.width, decoded.height), (40, 30));
+    assert_eq!((decoded.depth, decoded.color), (png::BitDepth::Sixteen, png::ColorType::Grayscale));
+    for (bytes, depth) in decoded.bytes.chunks(2).zip(&frame.pixels) {
+        let level = f64::from(u16::from_be_bytes([bytes[0], bytes[1]]));
+        let error = (level / 65535.0 * scale - f64::from(*depth)).abs();
+        assert!(error <= 0.5001 / 65535.0 * scale, "{error}");
+    }
+}
+
+/// Nobody waits for a picture that was called off, or whose time is over.
+#[test]
+fn cancelled_frames_stop() {
+    let scene = scene(&stage());
+    let cancelled = Progress::default();
+    cancelled.cancel();
+    let late = Progress::until(std::time::Instant::now());
+    let renderer = Renderer::default();
+    for progress in [cancelled, late] {
+        assert_eq!(renderer.render(&scene, &beauty(64, 48), &progress).unwrap_err(), Interrupted);
+        let rays = pixel_rays(&scene, 4, 3);
+        assert_eq!(renderer.probe(&scene, &rays, &progress).unwrap_err(), Interrupted);
+    }
+}

@@ -1,0 +1,241 @@
+// Drives the page as a person would: node page.js ADDRESS [DIRECTORY for screenshots]
+// Prints a line for each thing that holds, and ends with status 1 at the first one that does not.
+
+import assert from "node:assert/strict";
+import { chromium } from "playwright-core";
+
+const [address, shots] = process.argv.slice(2);
+const PATIENCE_MS = 120_000;
+const FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+  "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+
+const complaints = [];
+let page;
+
+/** Opens the page in a window of its own and collects everything that it complains of. */
+async function open(browser, options, query = "") {
+  const context = await browser.newContext({ ...options, permissions: ["clipboard-read", "clipboard-write"] });
+  page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
+  });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("requestfailed", (request) => {
+    // A newer view overtakes an older one: the page gives that request up itself.
+    if (request.failure().errorText !== "net::ERR_ABORTED") complaints.push(`${request.url()} ${request.failure().errorText}`);
+  });
+  await page.goto(`http://${address}/${query}`);
+}
+
+const until = (predicate, argument) => page.waitForFunction(predicate, argument, { timeout: PATIENCE_MS });
+const phase = (name) => until((wanted) => document.documentElement.dataset.frame === wanted, name);
+const count = (name) => page.evaluate((key) => window.fogbank.counts[key], name);
+const camera = () => page.evaluate(() => window.fogbank.camera);
+const pixels = () => page.evaluate(() => document.getElementById("picture").toDataURL());
+
+/** Does something and waits for the full frame that it must lead to. */
+async function toFull(act) {
+  const before = await page.evaluate(() => window.fogbank.lastFrame?.seq ?? 0);
+  await act();
+  await until((seq) => {
+    const { lastFrame } = window.fogbank;
+    return lastFrame?.seq > seq && lastFrame.quality === "full" && document.documentElement.dataset.frame === "full";
+  }, before);
+}
+
+async function shot(name) {
+  if (shots) await page.screenshot({ path: `${shots}/page-${name}.png` });
+}
+
+async function holds(name, check) {
+  await check();
+  assert.deepEqual(complaints, [], "the page complains");
+  console.log(`ok ${name}`);
+}
+
+async function pointAt(x, y) {
+  const box = await page.locator("#picture").boundingBox();
+  await page.mouse.move(box.x + box.width * x, box.y + box.height * y);
+}
+
+const SIMPLE = {
+  camera: { position: [0, 1.5, 6], target: [0, 1, 0] },
+  surfaces: [{ id: "ball", shape: { kind: "sphere", center: [0, 1, 0], radius: 1 } }, { id: "floor" }],
+  lights: [{ id: "lamp", kind: "point", position: [2, 3, 2], intensity: [80, 70, 50] }],
+  fog: { ambient: [0.02, 0.02, 0.03], terms: [{ id: "mist", kind: "homogeneous", extinction: 0.05 }] },
+};
+const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
+
+async function onADesk(browser) {
+  await open(browser, { viewport: { width: 1280, height: 800 } });
+  await holds("the demo scene is shown in full", async () => {
+    await phase("full");
+    assert.equal(await page.inputValue("#preset"), "street-thin");
+    const frame = await page.evaluate(() => window.fogbank.lastFrame);
+    assert.equal(frame.quality, "full");
+    assert.equal(frame.layer, "beauty");
+    const shown = await page.evaluate(() => {
+      const { width, height } = document.getElementById("picture");
+      const { data } = document.getElementById("picture").getContext("2d").getImageData(0, 0, width, height);
+      return { width, height, shades: new Set(data).size };
+    });
+    assert.deepEqual([shown.width, shown.height], [frame.width, frame.height]);
+    assert.ok(shown.shades > 50, `${shown.shades} shades`);
+    assert.match(frame.serverTiming, /queue;dur=.*encode;dur=/);
+    assert.ok(await page.locator("#timings dt").count() >= 4);
+  });
+  await shot("desk");
+  await load(SIMPLE);
+  await holds("a drag shows drafts, then the full frame of another camera", async () => {
+    const [before, position] = [await count("frames"), (await camera()).position];
+    await pointAt(0.5, 0.5);
+    await page.mouse.down();
+    for (let step = 1; step <= 4; step += 1) {
+      await pointAt(0.5 + 0.05 * step, 0.5);
+      const drafted = await count("frames");
+      await until((frames) => window.fogbank.counts.frames > frames, drafted);
+    }
+    assert.ok(await count("frames") >= before + 4);
+    await toFull(async () => { await pointAt(0.72, 0.55); await page.mouse.up(); });
+    const moved = (await camera()).position;
+    assert.notDeepEqual(moved, position);
+    const reach = (p) => Math.hypot(p[0], p[1] - 1, p[2]);
+    assert.ok(Math.abs(reach(moved) - reach(position)) < 1e-3, "an orbit keeps its distance");
+  });
+  await holds("the wheel zooms and Home goes back", async () => {
+    const before = (await camera()).position;
+    await toFull(() => page.mouse.wheel(0, 300));
+    assert.ok(Math.hypot(...(await camera()).position) > Math.hypot(...before));
+    await toFull(() => page.locator("#picture").press("Home"));
+    assert.deepEqual((await camera()).position, [0, 1.5, 6]);
+  });
+  await holds("keys orbit, pan and zoom", async () => {
+    for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowRight", "+", "-"]) {
+      const before = JSON.stringify(await camera());
+      await toFull(() => page.locator("#picture").press(key));
+      assert.notEqual(JSON.stringify(await camera()), before, key);
+    }
+    await toFull(() => page.locator("#reset-view").click());
+  });
+  await holds("every layer can be chosen and shows something else", async () => {
+    const values = await page.locator("#layers input").evaluateAll((radios) => radios.map((radio) => radio.value));
+    assert.deepEqual(values, ["beauty", "airlight", "surface", "optical_depth", "transmittance", "depth", "normal"]);
+    const seen = new Set();
+    for (const value of [...values].reverse()) {
+      await toFull(() => page.locator(`#layers input[value=${value}]`).check({ force: true }));
+      assert.equal(await page.evaluate(() => window.fogbank.lastFrame.layer), value);
+      seen.add(await pixels());
+    }
+    assert.equal(seen.size, values.length);
+  });
+  await holds("the probe agrees with the server", async () => {
+    await pointAt(0.5, 0.45);
+    await until(() => window.fogbank.lastReading?.hit?.surface === "ball");
+    const reading = await page.evaluate(() => window.fogbank.lastReading);
+    const length = reading.hit.distance_m;
+    assert.ok(Math.abs(reading.optical_depth - 0.05 * length) < 1e-9, "optical depth = extinction × distance");
+    assert.ok(Math.abs(reading.transmittance - Math.exp(-0.05 * length)) < 1e-9);
+    const text = await page.locator("#probe").innerText();
+    assert.match(text, /optical depth/i);
+    assert.match(text, /ball/);
+    await page.mouse.move(2, 2);
+    await until(() => window.fogbank.lastReading === null);
+  });
+  await holds("a fog control changes the picture, and thicker fog is denser", async () => {
+    const before = await pixels();
+    const group = page.locator('[data-pointer="/scene/fog/terms/0"]').last();
+    const field = page.locator('[data-pointer="/scene/fog/terms/0/extinction"] input[type=number], [data-pointer="/scene/fog/terms/0/extinction"] input:not([type=range])').first();
+    if (!(await field.isVisible())) await reveal("/scene/fog/terms/0/extinction");
+    await group.waitFor({ state: "attached" });
+    await toFull(async () => { await field.fill("0.5"); await field.press("Enter"); });
+    assert.equal(await page.evaluate(() => window.fogbank.request.scene.fog.terms[0].extinction), 0.5);
+    assert.notEqual(await pixels(), before);
+  });
+  await holds("what the server refuses is said and marked, and gone when it is mended", async () => {
+    complaints.length = 0;
+    await page.evaluate(() => window.fogbank.set(["scene", "fog", "terms", 0, "extinction"], -1));
+    await phase("error");
+    await page.locator("#status").waitFor({ state: "visible" });
+    assert.match(await page.locator("#status").innerText(), /\/scene\/fog\/terms\/0\/extinction/);
+    assert.ok(await page.locator('.has-error[data-pointer^="/scene/fog"]').count() > 0);
+    // The browser itself notes the refused requests in its console.
+    const refusals = complaints.splice(0);
+    assert.ok(refusals.every((text) => text.includes("422")), refusals.join("\n"));
+    await shot("error");
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "terms", 0, "extinction"], 0.02)));
+    assert.equal(await page.locator("#status").isVisible(), false);
+    assert.equal(await page.locator(".has-error").count(), 0);
+  });
+  await holds("the scene is read, copied and applied as JSON", async () => {
+    await page.locator("#open-scene").click();
+    const scene = JSON.parse(await page.inputValue("#scene-text"));
+    assert.equal(scene.fog.terms[0].extinction, 0.02);
+    await shot("scene");
+    await page.locator("#scene-copy").click();
+    await until(() => document.getElementById("scene-message").textContent === "Copied.");
+    assert.deepEqual(JSON.parse(await page.evaluate(() => navigator.clipboard.readText())), scene);
+    await page.fill("#scene-text", "{ fog");
+    await page.locator("#scene-apply").click();
+    await until(() => /JSON/.test(document.getElementById("scene-message").textContent));
+    scene.fog.terms[0].extinction = 0.3;
+    await page.fill("#scene-text", JSON.stringify(scene));
+    await toFull(() => page.locator("#scene-apply").click());
+    assert.equal(await page.evaluate(() => window.fogbank.request.scene.fog.terms[0].extinction), 0.3);
+    assert.equal(await page.locator("#scene-dialog").isVisible(), false);
+  });
+  await holds("every preset is shown in full", async () => {
+    const names = await page.locator("#preset option").evaluateAll((options) => options.map(({ value }) => value));
+    assert.ok(names.length >= 7);
+    for (const name of names) {
+      await toFull(() => page.selectOption("#preset", name));
+      await shot(name);
+    }
+  });
+  await holds("nothing is asked when nothing changes", async () => {
+    const [before, now] = [await count("renders"), await page.evaluate(() => performance.now())];
+    await until((from) => performance.now() > from + 1000, now);
+    assert.equal(await count("renders"), before);
+  });
+}
+
+/** Unfolds the groups on the way to a control, as the error list of the page does. */
+async function reveal(pointer) {
+  for (let depth = 3; depth <= pointer.split("/").length; depth += 1) {
+    const part = pointer.split("/").slice(0, depth).join("/");
+    const fold = page.locator(`details[data-pointer="${part}"]:not([open]) > summary`).last();
+    if (await fold.count()) await fold.click();
+  }
+}
+
+async function onAPhone(browser) {
+  await open(browser, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true }, "?preset=steaming-vessel");
+  await holds("it fits a phone", async () => {
+    await phase("full");
+    assert.equal(await page.inputValue("#preset"), "steaming-vessel");
+    const widths = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
+    assert.ok(widths[0] <= 390 && widths[1] <= 390, `${widths}`);
+    const box = await page.locator("#picture").boundingBox();
+    assert.ok(box.width >= 350 && box.height >= 200, JSON.stringify(box));
+  });
+  await holds("a tap probes", async () => {
+    const box = await page.locator("#picture").boundingBox();
+    await page.touchscreen.tap(box.x + box.width / 2, box.y + box.height / 2);
+    await until(() => window.fogbank.lastReading !== null);
+    assert.match(await page.locator("#probe").innerText(), /optical depth/i);
+  });
+  await shot("phone");
+}
+
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS, timeout: PATIENCE_MS });
+try {
+  await onADesk(browser);
+  await onAPhone(browser);
+} catch (error) {
+  await shot("failed");
+  console.error(error);
+  console.error(`complaints: ${JSON.stringify(complaints)}`);
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}
