@@ -6,6 +6,7 @@ pub mod geometry;
 pub mod image;
 pub mod media;
 pub mod num;
+pub mod phase;
 pub mod presets;
 pub mod probe;
 mod quadrature;

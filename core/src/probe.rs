@@ -1,9 +1,10 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
 use crate::airlight::fogshop2007::{Eye, LightSide, depths_to_centers};
-use crate::airlight::{MISS_FLOOR, Method, fogshop2007, reference, sun2005};
+use crate::airlight::{Estimator, MISS_FLOOR, Method, fogshop2007, march, reference, sun2005};
 use crate::geometry::{self, Geometry};
 use crate::media::{Field, toward};
+use crate::phase::Phase;
 use crate::request::ProbeRay;
 use crate::scene::{CheckedScene, Projection, Rgb, Vec3};
 use crate::surface::attenuated;
@@ -68,7 +69,7 @@ pub struct Prober<'a> {
 impl<'a> Prober<'a> {
     /// For a scene with its geometry and field.
     pub fn new(scene: &'a CheckedScene, geometry: &'a Geometry, field: &'a Field) -> Self {
-        let method = Method::new(scene.fog.airlight, field);
+        let method = Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog, field);
         Self { scene, geometry, field, method, shared: None }
     }
 
@@ -105,6 +106,7 @@ impl<'a> Prober<'a> {
         if self.method == Method::Fogshop2007 {
             self.share(origin, direction);
         }
+        let phase = Phase::from(&self.scene.fog.phase);
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
             let at = light.position.vector();
@@ -118,7 +120,12 @@ impl<'a> Prober<'a> {
                     let side = &sides[place];
                     fogshop2007::airlight(self.field, side, at, origin, direction, length)
                 }),
-                Method::Reference => reference::airlight(self.field, at, origin, direction, length),
+                Method::Reference => {
+                    reference::airlight(self.field, phase, at, origin, direction, length)
+                }
+                Method::March(steps) => {
+                    march::airlight(self.field, phase, at, origin, direction, length, steps)
+                }
             };
             by_light[i] = unit * light.intensity.vector() * self.scene.fog.albedo.vector();
         }

@@ -1,5 +1,6 @@
 //! What a client asks of a scene: a picture, an optical-depth map, a probe.
 
+use crate::airlight::Estimator;
 use crate::image::Format;
 use crate::scene::limits::{self, COUNTS};
 use crate::scene::{CheckedScene, Checker, Problem, Scene, Vec3};
@@ -112,6 +113,8 @@ pub struct View {
     pub tonemap: Tonemap,
     /// Whether it becomes an 8-bit picture.
     pub for_screen: bool,
+    /// The airlight estimator, if not the scene's own.
+    pub estimator: Option<Estimator>,
 }
 
 impl View {
@@ -129,7 +132,7 @@ impl RenderRequest {
     /// What is wrong, with pointers into this request.
     pub fn check(self) -> Result<(CheckedScene, View), Vec<Problem>> {
         let mut check = Checker::default();
-        check_size(&mut check, self.width, self.height);
+        check_size(&mut check, self.width, self.height, COUNTS.picture_pixels);
         if let Some(samples) = self.samples {
             let range = limits::Range { min: 1.0, max: COUNTS.samples as f64 };
             check.number(f64::from(samples), range, || "/samples".into());
@@ -144,6 +147,7 @@ impl RenderRequest {
             exposure_ev: self.exposure_ev,
             tonemap: self.tonemap,
             for_screen: false,
+            estimator: None,
         };
         Ok((check_scene(check, self.scene)?, view))
     }
@@ -249,13 +253,12 @@ impl RayRequest {
     }
 }
 
-fn check_size(check: &mut Checker, width: u32, height: u32) {
+pub(crate) fn check_size(check: &mut Checker, width: u32, height: u32, most: usize) {
     let side = limits::Range { min: 1.0, max: COUNTS.picture_side as f64 };
     check.number(f64::from(width), side, || "/width".into());
     check.number(f64::from(height), side, || "/height".into());
     let pixels = u64::from(width) * u64::from(height);
-    if check.is_clean() && pixels > COUNTS.picture_pixels as u64 {
-        let most = COUNTS.picture_pixels;
+    if check.is_clean() && pixels > most as u64 {
         check.refuse(
             || "/height".into(),
             format!("{pixels} pixels are more than the limit of {most}"),
@@ -263,7 +266,7 @@ fn check_size(check: &mut Checker, width: u32, height: u32) {
     }
 }
 
-fn check_scene(mut check: Checker, scene: Scene) -> Result<CheckedScene, Vec<Problem>> {
+pub(crate) fn check_scene(mut check: Checker, scene: Scene) -> Result<CheckedScene, Vec<Problem>> {
     match scene.check() {
         Ok(scene) => check.finish(scene),
         Err(problems) => {

@@ -380,6 +380,7 @@ fn limits_are_those_of_the_documentation() {
         ("radius", &blob["radius"]),
         ("extinction", &blob["extinction"]),
         ("far", &schemas["Scene"]["properties"]["far_m"]),
+        ("anisotropy", &schemas["HenyeyGreensteinPhase"]["properties"]["g"]),
         ("time", &schemas["Scene"]["properties"]["time_s"]),
         ("exposure", &schemas["RenderRequest"]["properties"]["exposure_ev"]),
         ("distance", &schemas["RayRequest"]["properties"]["max_distance_m"]),

@@ -8,8 +8,9 @@
     reason = "a test stops where it fails, and says what it measured"
 )]
 
-use fogbank_core::airlight::{reference, sun2005};
+use fogbank_core::airlight::{march, reference, sun2005};
 use fogbank_core::media::Field;
+use fogbank_core::phase::Phase;
 use fogbank_core::request::{Layer, ProbeRay, Quality};
 use fogbank_core::scene::{CheckedScene, Fog, read};
 use fogbank_tests::scenes::*;
@@ -434,7 +435,14 @@ fn sun_is_the_integral_at_every_angle() {
             for gamma in &gammas {
                 let light = distance * DVec3::new(gamma.sin(), 0.0, gamma.cos());
                 let length = end * distance;
-                let exact = reference::airlight(&fog, light, DVec3::ZERO, DVec3::Z, length);
+                let exact = reference::airlight(
+                    &fog,
+                    Phase::ISOTROPIC,
+                    light,
+                    DVec3::ZERO,
+                    DVec3::Z,
+                    length,
+                );
                 let closed = sun2005::airlight(beta, light.into(), DVec3::Z.into(), length);
                 let error = (closed / exact - 1.0).abs();
                 assert!(
@@ -446,6 +454,81 @@ fn sun_is_the_integral_at_every_angle() {
         }
     }
     println!("sun2005 differs from reference by at most {worst:.1e}");
+}
+
+/// The reference is the integral for every phase function: against a rule of another kind, in another
+/// variable (the angle around the lamp), through homogeneous fog and Gaussians. Both are smooth in
+/// theirs, so that only rounding and the reference's own 1e-6 lie between them; 1e-4 is promised.
+#[test]
+fn reference_is_the_integral_for_every_phase_function() {
+    for_fields(|random, _, fog| {
+        let (from, to, light) = (random.point(6.0), random.point(6.0), random.point(6.0));
+        let (length, direction) = (from.distance(to), (to - from).normalize());
+        let closest = (light - from).dot(direction);
+        let miss = (light - from).cross(direction).length();
+        for g in [-0.99, -0.5, 0.5, 0.99] {
+            let phase = Phase { g };
+            let glow = |angle: f64| {
+                let x = from + (closest + miss * angle.tan()) * direction;
+                let depth = fog.depth_between(from, x) + fog.depth_between(light, x);
+                let cos = (x - light).normalize().dot(-direction);
+                fog.beta(x) * phase.value(cos) * (-depth).exp() / miss
+            };
+            let angle = |t: f64| ((t - closest) / miss).atan();
+            let sum = integrate(angle(0.0), angle(length), &glow);
+            let exact = reference::airlight(fog, phase, light, from, direction, length);
+            assert_close(&format!("g = {g}"), exact, sum, 1e-5, 1e-30);
+        }
+    });
+}
+
+/// Ray marching comes to the reference as its steps grow, in proportion to them: a step's light is
+/// attenuated as at its beginning, which is off by half its own optical depth. Next to a lamp steps
+/// would have to be shorter than its distance from the ray: those rays are left out.
+#[test]
+fn marching_comes_to_the_reference_step_by_step() {
+    let mut checked = 0;
+    for_fields(|random, _, fog| {
+        let (from, to, light) = (random.point(6.0), random.point(6.0), random.point(6.0));
+        let (length, direction) = (from.distance(to), (to - from).normalize());
+        if (light - from).cross(direction).length() < 0.5 {
+            return;
+        }
+        checked += 1;
+        let phase = Phase { g: 0.4 };
+        let exact = reference::airlight(fog, phase, light, from, direction, length);
+        let march = |steps| march::airlight(fog, phase, light, from, direction, length, steps);
+        let error = |steps| (march(steps) - exact).abs();
+        let betas = (0..=1000).map(|i| fog.beta(from + length * f64::from(i) / 1e3 * direction));
+        let peak = betas.fold(0.0, f64::max);
+        for steps in [1024, 4096] {
+            // Half the depth of the densest step; its middle's own error falls with the square.
+            let allowed = exact * (0.51 * peak * length / f64::from(steps) + 1e-4);
+            assert!(error(steps) <= allowed, "{steps}: {} of {exact}", error(steps));
+        }
+        assert!(error(4096) <= 0.3 * error(1024) + 1e-6 * exact);
+    });
+    assert!(checked > 30);
+}
+
+/// The sign of g: above 0 the fog glows when one looks towards the lamp, below 0 away from it.
+#[test]
+fn fog_glows_towards_the_light_where_g_is_positive() {
+    let airlight = |g: f64, direction: [f64; 3]| {
+        let scene = json!({
+            "lights": [{ "kind": "point", "position": [1, 0, -9] }],
+            "fog": { "phase": { "kind": "henyey_greenstein", "g": g },
+                     "terms": [homogeneous(0.05)] },
+        });
+        let direction = DVec3::from(direction);
+        let ray = ProbeRay { origin: DVec3::ZERO, direction, max_distance_m: Some(8.0) };
+        airlights(&scene, &[ray])[0].x
+    };
+    let (ahead, back) = ([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
+    assert!(airlight(0.7, ahead) > 2.0 * airlight(0.0, ahead));
+    assert!(airlight(0.7, back) < 0.5 * airlight(0.0, back));
+    assert_eq!(airlight(0.0, ahead), airlight(-0.0, ahead));
+    assert!(airlight(-0.7, back) > 2.0 * airlight(0.0, back));
 }
 
 /// What an f32 ray leaves open: its direction, the places that are compared with it and their

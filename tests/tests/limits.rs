@@ -68,6 +68,10 @@ fn what_does_not_fit_together_is_refused_at_its_place() {
     let terms = |terms: Value| json!({ "fog": { "terms": terms } });
     let airlight =
         |airlight: &str, term: Value| json!({ "fog": { "airlight": airlight, "terms": [term] } });
+    let glowing = |airlight: &str| {
+        json!({ "fog": { "airlight": airlight, "terms": [{ "kind": "homogeneous" }],
+            "phase": { "kind": "henyey_greenstein" } } })
+    };
     let two = |list: &str, thing: Value| json!({ list: [thing, {}, thing] });
     let lamp = json!({ "kind": "point", "id": "a" });
     let cases = [
@@ -119,6 +123,8 @@ fn what_does_not_fit_together_is_refused_at_its_place() {
             "/fog/terms/0/visibility_m",
         ),
         (airlight("sun2005", json!({ "kind": "gaussians", "blobs": [{}] })), "/fog/airlight"),
+        (glowing("sun2005"), "/fog/airlight"),
+        (glowing("fogshop2007"), "/fog/airlight"),
         (two("surfaces", json!({ "id": "a" })), "/surfaces/2/id"),
         (json!({ "lights": [lamp, { "kind": "point" }, lamp] }), "/lights/2/id"),
         (

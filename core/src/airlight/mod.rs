@@ -3,13 +3,25 @@
 //! Every method here answers it per unit of ω·I, as one number a light, because extinction is grey.
 
 pub mod fogshop2007;
+pub mod march;
+mod path;
 pub mod reference;
 pub mod sun2005;
 
 use crate::media::Field;
 use crate::num::Num;
+use crate::phase::Phase;
 use crate::scene::{self, Fog, Term};
 use crate::vector::V3;
+
+/// An estimator by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimator {
+    /// One that a scene may name.
+    Scene(scene::Airlight),
+    /// [`march`] in so many steps.
+    March(u32),
+}
 
 /// An estimator that a scene's fog has been matched with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,32 +34,47 @@ pub enum Method {
     Fogshop2007,
     /// [`reference`](mod@reference).
     Reference,
+    /// [`march`] in so many steps.
+    March(u32),
 }
 
 impl Method {
-    /// What a scene asks for. `auto` is Sun's where it is exact, else Fogshop's.
-    pub fn new(asked: scene::Airlight, field: &Field) -> Self {
+    /// What is asked for in a fog. `auto` is Sun's where it is exact, else Fogshop's; both are isotropic,
+    /// so that with another phase function it is the integral itself.
+    pub fn new(asked: Estimator, fog: &Fog, field: &Field) -> Self {
         use scene::Airlight;
+        let asked = match asked {
+            _ if field.is_empty() => return Self::None,
+            Estimator::March(steps) => return Self::March(steps),
+            Estimator::Scene(asked) => asked,
+        };
         match asked {
-            _ if field.is_empty() => Self::None,
             Airlight::None => Self::None,
             Airlight::Sun2005 => Self::Sun2005,
             Airlight::Fogshop2007 => Self::Fogshop2007,
             Airlight::Reference => Self::Reference,
+            Airlight::Auto if !Phase::from(&fog.phase).is_isotropic() => Self::Reference,
             Airlight::Auto if field.blobs.is_empty() => Self::Sun2005,
             Airlight::Auto => Self::Fogshop2007,
         }
     }
 }
 
-/// Why the asked estimator cannot take this fog, if so.
-pub fn refusal(fog: &Fog) -> Option<String> {
-    if fog.airlight != scene::Airlight::Sun2005 {
-        return None;
+/// Why an estimator cannot take this fog, if so. All of them take no fog at all.
+pub fn refusal(fog: &Fog, asked: scene::Airlight) -> Option<String> {
+    use scene::Airlight;
+    let name = match asked {
+        Airlight::Sun2005 => "sun2005",
+        Airlight::Fogshop2007 => "fogshop2007",
+        Airlight::Auto | Airlight::None | Airlight::Reference => return None,
+    };
+    let mut terms = fog.terms.iter().filter(|term| term.enabled()).peekable();
+    if terms.peek().is_some() && !Phase::from(&fog.phase).is_isotropic() {
+        return Some(format!("{name} scatters isotropically, not by henyey_greenstein; auto does"));
     }
-    let strange = fog.terms.iter().filter(|term| term.enabled()).find_map(|term| match term {
-        Term::Homogeneous(_) => None,
-        Term::Gaussians(_) => Some("gaussians"),
+    let strange = terms.find_map(|term| match term {
+        Term::Gaussians(_) if asked == Airlight::Sun2005 => Some("gaussians"),
+        Term::Homogeneous(_) | Term::Gaussians(_) => None,
     })?;
     Some(format!("sun2005 takes homogeneous fog only, not {strange}; auto takes both"))
 }

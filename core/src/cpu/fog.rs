@@ -5,7 +5,7 @@ use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::{self, LightRow, add_airlight};
 use crate::airlight::fogshop2007::LightSide;
-use crate::airlight::{Method, reference, sun2005};
+use crate::airlight::{Method, march, reference, sun2005};
 use crate::geometry::bundle::Bundle;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
@@ -53,7 +53,9 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     match method {
         Method::None => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
-        Method::Reference => add_reference(context, rays, hits, &mut fogged.airlight),
+        Method::Reference | Method::March(_) => {
+            add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
+        }
         Method::Fogshop2007 => {
             let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
             add_homogeneous(context, rays, hits, factor, &mut fogged.airlight);
@@ -177,8 +179,8 @@ fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogge
     });
 }
 
-/// Ray by ray in f64.
-fn add_reference(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Rows) {
+/// In f64.
+fn add_ray_by_ray(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Rows) {
     for at in 0..rays.count.min(SIZE) {
         if context.progress.is_over() {
             return;
@@ -187,7 +189,13 @@ fn add_reference(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Row
         let direction = get3(&rays.direction, at).as_dvec3().normalize();
         let length = f64::from(hits.length[at]);
         for lamp in &context.lamps {
-            let unit = reference::airlight(context.field, lamp.position, origin, direction, length);
+            let (field, phase, light) = (context.field, context.phase, lamp.position);
+            let unit = match context.method {
+                Method::March(steps) => {
+                    march::airlight(field, phase, light, origin, direction, length, steps)
+                }
+                _ => reference::airlight(field, phase, light, origin, direction, length),
+            };
             let radiance = (unit * lamp.scattered).as_vec3();
             airlight.iter_mut().enumerate().for_each(|(k, row)| row[at] += radiance[k]);
         }

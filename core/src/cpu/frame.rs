@@ -6,10 +6,11 @@ use super::fog::LitBlobs;
 use super::trace::Tracer;
 use super::viewpoint::{Grid, Viewpoint};
 use super::{edges, fog, shade, upsample};
-use crate::airlight::Method;
 use crate::airlight::fogshop2007::LightSide;
+use crate::airlight::{Estimator, Method};
 use crate::geometry::Geometry;
 use crate::media::Field;
+use crate::phase::Phase;
 use crate::renderer::{Frame, Interrupted, Progress};
 use crate::request::{Layer, Quality, View};
 use crate::scene::{CheckedScene, Material};
@@ -52,6 +53,8 @@ pub struct Context<'a> {
     pub lamps: Vec<Lamp>,
     /// The airlight estimator.
     pub method: Method,
+    /// The phase function.
+    pub phase: Phase,
     /// For the published airlight, one a lamp.
     pub lit_blobs: Vec<LitBlobs>,
     /// Diffuse, specular, emission and shininess of every surface.
@@ -121,6 +124,7 @@ impl<'a> Context<'a> {
             let scattered = intensity * scene.fog.albedo.vector();
             Lamp { position, from_camera: position - viewpoint.position, intensity, scattered }
         });
+        let asked = view.estimator.unwrap_or(Estimator::Scene(scene.fog.airlight));
         let [r, g, b] = scene.background.0.map(|v| v as f32);
         Self {
             level: Level::new(),
@@ -130,7 +134,8 @@ impl<'a> Context<'a> {
             grid,
             far_m: scene.far_m as f32,
             lamps: lamps.collect(),
-            method: Method::new(scene.fog.airlight, field),
+            method: Method::new(asked, &scene.fog, field),
+            phase: Phase::from(&scene.fog.phase),
             lit_blobs: Vec::new(),
             materials: geometry.materials.iter().map(numbers).collect(),
             background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],

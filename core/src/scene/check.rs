@@ -301,6 +301,9 @@ fn check_lights(check: &mut Checker, lights: &[Light]) {
 
 fn check_fog(check: &mut Checker, fog: &Fog) {
     check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
+    if let Phase::HenyeyGreenstein(phase) = &fog.phase {
+        check.number(phase.g, limits::ANISOTROPY, || "/fog/phase/g".into());
+    }
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
     check.ids("fog/terms", fog.terms.iter().map(Term::id));
@@ -319,7 +322,7 @@ fn check_fog(check: &mut Checker, fog: &Fog) {
             }
         }
     }
-    if let Some(detail) = crate::airlight::refusal(fog) {
+    if let Some(detail) = crate::airlight::refusal(fog, fog.airlight) {
         check.refuse(|| "/fog/airlight".into(), detail);
     }
 }

@@ -44,6 +44,8 @@ tagged!(
     Phase {
         /// Light is scattered the same into all directions: 1/(4π).
         Isotropic = "isotropic",
+        /// Light is scattered more ahead or more back, by one number (Henyey and Greenstein 1941).
+        HenyeyGreenstein = "henyey_greenstein",
     }
 );
 
@@ -51,6 +53,22 @@ tagged!(
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Isotropic {}
+
+/// (1 − g²) / (4π (1 + g² − 2 g cos α)^1.5), α between the light's direction and that to the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HenyeyGreenstein {
+    /// Mean cosine of the scattering angle: above 0 the fog glows when looking towards the light,
+    /// below 0 with the light behind one's back, and 0 is isotropic.
+    #[schemars(range(min = limits::ANISOTROPY.min, max = limits::ANISOTROPY.max))]
+    pub g: f64,
+}
+
+impl Default for HenyeyGreenstein {
+    fn default() -> Self {
+        Self { g: 0.5 }
+    }
+}
 
 /// The estimator of light scattered into the view ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]

@@ -40,6 +40,8 @@ pub const VISIBILITY: Range = Range::new(1e-5, 1e9);
 pub const INTENSITY: Range = Range::new(0.0, 1e12);
 /// A fraction per channel: albedos.
 pub const FRACTION: Range = Range::new(0.0, 1.0);
+/// Mean cosine g of a phase function.
+pub const ANISOTROPY: Range = Range::new(-0.99, 0.99);
 /// Exponent of the Phong lobe.
 pub const SHININESS: Range = Range::new(0.0, 1e5);
 /// Vertical field of view [degrees].
@@ -76,6 +78,10 @@ pub struct Counts {
     pub samples: usize,
     /// Rays of a probe.
     pub rays: usize,
+    /// Pixels of a comparison.
+    pub compare_pixels: usize,
+    /// Steps of ray marching, in a comparison.
+    pub march_steps: usize,
 }
 
 /// The counts that this program accepts.
@@ -92,4 +98,6 @@ pub const COUNTS: Counts = Counts {
     cube_side: 1024,
     samples: 16,
     rays: 65_536,
+    compare_pixels: 2_097_152,
+    march_steps: 4096,
 };

@@ -17,8 +17,8 @@ mod values;
 pub use camera::{Camera, Orthographic, Perspective, Projection};
 pub use check::{CheckedScene, Checker, Problem};
 pub use fog::{
-    Airlight, Blob, Fog, Gaussians, Homogeneous, Isotropic, Phase, SurfaceLighting, Term, Uniform,
-    Vertical,
+    Airlight, Blob, Fog, Gaussians, HenyeyGreenstein, Homogeneous, Isotropic, Phase,
+    SurfaceLighting, Term, Uniform, Vertical,
 };
 pub use light::{Light, Point};
 pub use surface::{Box, Heightfield, Material, Mesh, Plane, Shape, Sphere, Surface};

@@ -19,7 +19,7 @@ struct Limits {
     queue: usize,
     /// Time for an answer, waiting included [s].
     deadline_s: f64,
-    /// The same for scenes whose airlight is `reference` [s].
+    /// The same for `reference`, as a scene's airlight or a side of a comparison [s].
     reference_deadline_s: f64,
     /// How many of each thing there may be.
     counts: Counts,
@@ -46,6 +46,8 @@ struct Ranges {
     intensity: Range,
     /// Albedos.
     fraction: Range,
+    /// Mean cosine g of a phase function.
+    anisotropy: Range,
     /// Exponent of the Phong lobe.
     shininess: Range,
     /// Vertical field of view [degrees].
@@ -65,6 +67,7 @@ const RANGES: Ranges = Ranges {
     visibility: limits::VISIBILITY,
     intensity: limits::INTENSITY,
     fraction: limits::FRACTION,
+    anisotropy: limits::ANISOTROPY,
     shininess: limits::SHININESS,
     field_of_view: limits::FIELD_OF_VIEW,
     time: limits::TIME,

@@ -237,7 +237,9 @@ mod tests {
     #[test]
     fn what_a_model_supports_is_what_the_check_accepts() {
         assert_eq!(find(Kind::Airlight, "reference").supports.media, Term::KINDS);
+        assert_eq!(find(Kind::Airlight, "reference").supports.phase, Phase::KINDS);
         assert_eq!(find(Kind::Airlight, "sun2005").supports.media, ["homogeneous"]);
+        assert_eq!(find(Kind::Airlight, "sun2005").supports.phase, ["isotropic"]);
         assert_eq!(find(Kind::Medium, "gaussians").supports.phase, Phase::KINDS);
     }
 

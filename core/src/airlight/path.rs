@@ -1,0 +1,104 @@
+//! The medium along one view ray and from there to one light, exact and in f64: what the methods
+//! that sum up the integrand itself have in common.
+
+use super::ToLight;
+use crate::media::gaussians::Gaussian;
+use crate::media::{Field, toward};
+use glam::DVec3;
+
+/// A blob that the view ray meets.
+struct Met {
+    blob: Gaussian,
+    /// Ray parameter of its closest point [m].
+    at: f64,
+    /// Squared distance of the ray from its centre in units of its radius.
+    miss2: f64,
+    /// erf at the ray's origin.
+    erf_start: f64,
+}
+
+/// A view ray and a light, with the blobs that matter to them to rounding.
+pub(super) struct Path {
+    beta: f64,
+    /// Where the light stands.
+    pub to_light: ToLight<f64>,
+    light: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+    met: Vec<Met>,
+    /// Blobs between the light and the ray.
+    shading: Vec<Gaussian>,
+}
+
+/// What a point of the ray gets of the light.
+pub(super) struct Lit {
+    /// Distance of the light as the falloff counts it, floor included [m].
+    pub distance: f64,
+    /// Cosine between the light's direction there and the direction back to the eye.
+    pub cos: f64,
+    /// T from the light.
+    pub depth: f64,
+}
+
+impl Path {
+    /// Gathers the blobs for a ray in the unit `direction` up to `length` [m].
+    pub fn new(field: &Field, light: DVec3, origin: DVec3, direction: DVec3, length: f64) -> Self {
+        let mut met = Vec::new();
+        field.near_segment(origin, direction, length, |blob| {
+            let at = (blob.center - origin).dot(direction);
+            let miss = (blob.center - origin).cross(direction).length() * blob.a;
+            let erf_start = libm::erf(-blob.a * at);
+            met.push(Met { blob: *blob, at, miss2: miss * miss, erf_start });
+            0.0
+        });
+        Self {
+            beta: field.homogeneous.beta,
+            to_light: ToLight::new((light - origin).into(), direction.into(), length),
+            light,
+            origin,
+            direction,
+            met,
+            shading: field.near_triangle(light, origin, origin + length * direction),
+        }
+    }
+
+    /// β [1/m] at the ray parameter `t` [m].
+    pub fn extinction(&self, t: f64) -> f64 {
+        let blobs = self.met.iter().map(|Met { blob, at, miss2, .. }| {
+            let s = blob.a * (t - at);
+            blob.c * (-miss2 - s * s).exp()
+        });
+        self.beta + blobs.sum::<f64>()
+    }
+
+    /// T from the eye to the ray parameter `t` [m].
+    pub fn depth(&self, t: f64) -> f64 {
+        let blobs = self.met.iter().map(|Met { blob, at, miss2, erf_start }| {
+            let along = libm::erf(blob.a * (t - at)) - erf_start;
+            blob.half_depth() * (-miss2).exp() * along
+        });
+        self.beta * t + blobs.sum::<f64>()
+    }
+
+    /// The light at the ray parameter `t` [m].
+    pub fn lit(&self, t: f64) -> Lit {
+        let (ahead, miss) = (self.to_light.closest - t, self.to_light.miss);
+        let distance = ahead.hypot(miss);
+        let (direction, length) = toward(self.light, self.origin + t * self.direction);
+        let blobs = self.shading.iter();
+        let blobs = blobs.map(|blob| blob.optical_depth_if_near(self.light, direction, length));
+        let depth = self.beta * distance + blobs.sum::<f64>();
+        Lit { distance, cos: ahead / distance, depth }
+    }
+
+    /// The longest panel that still sees every blob between two ray parameters [m].
+    pub fn resolution(&self, start: f64, end: f64) -> f64 {
+        const RADII: f64 = 5.0;
+        let crossed = self.met.iter().filter(|met| {
+            let radius = 1.0 / met.blob.a;
+            let counts = met.blob.half_depth() * (-met.miss2).exp() > 1e-9;
+            counts && met.at + 4.0 * radius > start && met.at - 4.0 * radius < end
+        });
+        crossed.map(|met| RADII / met.blob.a).fold(f64::INFINITY, f64::min)
+    }
+}
