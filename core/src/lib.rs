@@ -1,6 +1,7 @@
 //! Fogbank's fog models, passes and pictures. No HTTP here.
 
 pub mod airlight;
+pub mod compare;
 pub mod cpu;
 pub mod geometry;
 pub mod image;

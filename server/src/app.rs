@@ -6,13 +6,14 @@ use crate::layers;
 use crate::openapi::Operation;
 use crate::problem::Problem;
 use crate::queue::Queue;
-use crate::routes::{health, limits, models, openapi, optical_depth, page, presets, probe, render};
+use crate::routes::{
+    compare, health, limits, models, openapi, optical_depth, page, presets, probe, render,
+};
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, get, post};
 use fogbank_core::Renderer;
-use fogbank_core::scene::{Airlight, CheckedScene};
 use schemars::SchemaGenerator;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -34,6 +35,7 @@ pub fn routes() -> Vec<Route> {
         route("/v1/render", post(render::render), render::operation),
         route("/v1/optical-depth", post(optical_depth::render), optical_depth::operation),
         route("/v1/probe", post(probe::probe), probe::operation),
+        route("/v1/compare", post(compare::compare), compare::operation),
         route("/v1/models", get(models::list), models::operation),
         route("/v1/presets", get(presets::list), presets::operation),
         route("/v1/limits", get(limits::list), limits::operation),
@@ -72,12 +74,10 @@ impl App {
         })
     }
 
-    /// When a request for this scene, accepted now, must be answered.
-    pub fn deadline(&self, scene: &CheckedScene) -> Instant {
-        let seconds = match scene.fog.airlight {
-            Airlight::Reference => self.options.reference_deadline_s,
-            _ => self.options.deadline_s,
-        };
+    /// When a request, accepted now, must be answered; the reference has more time than the others.
+    pub fn deadline(&self, is_reference: bool) -> Instant {
+        let seconds =
+            if is_reference { self.options.reference_deadline_s } else { self.options.deadline_s };
         Instant::now() + Duration::from_secs_f64(seconds)
     }
 

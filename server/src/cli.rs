@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use fogbank_core::compare::ComparedAirlight;
 use fogbank_core::image::Format;
 use fogbank_core::request::{Layer, Quality, Tonemap};
 use fogbank_core::scene::{self, Vec3};
@@ -27,6 +28,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Prints the numbers along one ray as JSON.
     Probe(ProbeArgs),
+    /// Prints how far one airlight estimator is from another as JSON.
+    Compare(CompareArgs),
     /// Prints the JSON schema of a scene.
     Schema,
 }
@@ -55,7 +58,7 @@ pub struct ServeArgs {
     #[arg(long, env = "FOGBANK_DEADLINE_S", default_value_t = 30.0, value_name = "S",
         value_parser = seconds)]
     pub deadline_s: f64,
-    /// The same for scenes whose airlight is `reference`.
+    /// The same for `reference`, as a scene's airlight or a side of a comparison.
     #[arg(long, env = "FOGBANK_REFERENCE_DEADLINE_S", default_value_t = 300.0, value_name = "S",
         value_parser = seconds)]
     pub reference_deadline_s: f64,
@@ -127,6 +130,35 @@ pub struct ProbeArgs {
     /// Where it ends at the latest [m]; without it, `far_m` of the scene.
     #[arg(long, env = "FOGBANK_MAX_DISTANCE", value_name = "M", allow_negative_numbers = true)]
     pub max_distance: Option<f64>,
+}
+
+/// Options of `compare`.
+#[derive(Args)]
+pub struct CompareArgs {
+    /// A scene file, `-` for standard input, or `preset:NAME`.
+    pub scene: String,
+    /// Pixels along a row.
+    #[arg(long, env = "FOGBANK_WIDTH", default_value_t = 320)]
+    pub width: u32,
+    /// Rows of pixels.
+    #[arg(long, env = "FOGBANK_HEIGHT", default_value_t = 180)]
+    pub height: u32,
+    /// What is judged: auto, none, sun2005, fogshop2007, reference or march.
+    #[arg(long, env = "FOGBANK_A", default_value = "auto", value_parser = named::<ComparedAirlight>)]
+    pub a: ComparedAirlight,
+    /// What it is judged by.
+    #[arg(long, env = "FOGBANK_B", default_value = "reference",
+        value_parser = named::<ComparedAirlight>)]
+    pub b: ComparedAirlight,
+    /// Steps of a, for march.
+    #[arg(long, env = "FOGBANK_A_STEPS", value_name = "N")]
+    pub a_steps: Option<u32>,
+    /// Steps of b, for march.
+    #[arg(long, env = "FOGBANK_B_STEPS", value_name = "N")]
+    pub b_steps: Option<u32>,
+    /// Where to write an image of the errors; the ending says the format, as in `render`.
+    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", value_parser = output)]
+    pub out: Option<Output>,
 }
 
 /// A file to write, and the format that its ending asks for.

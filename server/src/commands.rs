@@ -1,8 +1,9 @@
-//! `fogbank render`, `probe` and `schema`: the same requests as over HTTP, without a server.
+//! `fogbank render`, `probe`, `compare` and `schema`: the same requests as over HTTP, without a server.
 
-use crate::cli::{Output, ProbeArgs, RenderArgs};
+use crate::cli::{CompareArgs, Output, ProbeArgs, RenderArgs};
 use crate::routes::probe::ProbeAnswer;
-use fogbank_core::image::encode;
+use fogbank_core::compare::{self, CompareRequest, Side};
+use fogbank_core::image::{encode, encode_errors};
 use fogbank_core::request::{ProbeRequest, RayRequest, RenderRequest};
 use fogbank_core::scene::{self, Problem, ReadError, Scene};
 use fogbank_core::{Interrupted, Progress, Renderer, presets};
@@ -73,6 +74,31 @@ pub fn probe(args: ProbeArgs) -> Result<(), Failure> {
     print(&ProbeAnswer { rays })
 }
 
+/// Prints how far one airlight estimator is from another, and writes an image of the errors if asked.
+///
+/// # Errors
+/// What is wrong with the scene, an option or the file.
+pub fn compare(args: CompareArgs) -> Result<(), Failure> {
+    let CompareArgs { width, height, out, .. } = args;
+    let request = CompareRequest {
+        scene: read_scene(&args.scene)?,
+        width,
+        height,
+        a: Side { airlight: args.a, steps: args.a_steps },
+        b: Side { airlight: args.b, steps: args.b_steps },
+    };
+    let (scene, pair) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
+    let renderer = Renderer::default();
+    let compared = watched(|progress| compare::run(&renderer, &scene, &pair, progress))?;
+    if let Some(Output { path, format }) = out {
+        let name = path.display();
+        let file = encode_errors(&compared.errors, format);
+        let file = file.map_err(|error| Failure::new(&name, error))?;
+        std::fs::write(&path, file).map_err(|error| Failure::new(&name, error))?;
+    }
+    print(&compared.comparison)
+}
+
 /// Prints the JSON schema of a scene.
 ///
 /// # Errors
@@ -127,8 +153,13 @@ fn invalid(name: &str, problems: Vec<Problem>) -> Failure {
         if let Some(pointer) = pointer.strip_prefix("/scene") {
             return format!("{name}: {pointer}: {detail}");
         }
+        // An option is named as its member, but for the parts of a ray and of a comparison's sides.
         let member = pointer.trim_start_matches("/rays/0").trim_start_matches('/');
-        let member = member.split('/').next().unwrap_or_default().trim_end_matches("_m");
+        let member = match member.split_once('/') {
+            Some((side, "steps")) => format!("{side}_steps"),
+            Some((first, _)) => first.to_owned(),
+            None => member.trim_end_matches("_m").to_owned(),
+        };
         format!("--{}: {detail}", member.replace('_', "-"))
     };
     Failure(problems.into_iter().map(line).collect())
@@ -184,6 +215,8 @@ mod tests {
         assert_eq!(lines("/exposure_ev"), ["--exposure-ev: no"]);
         assert_eq!(lines("/rays/0/direction/1"), ["--direction: no"]);
         assert_eq!(lines("/rays/0/max_distance_m"), ["--max-distance: no"]);
+        assert_eq!(lines("/a/airlight"), ["--a: no"]);
+        assert_eq!(lines("/b/steps"), ["--b-steps: no"]);
     }
 
     #[test]

@@ -27,6 +27,7 @@ fn main() -> ExitCode {
     let result = match command {
         Some(Command::Render(args)) => commands::render(args),
         Some(Command::Probe(args)) => commands::probe(args),
+        Some(Command::Compare(args)) => commands::compare(args),
         Some(Command::Schema) => commands::schema(),
         Some(Command::Serve(args)) => serve::serve(args),
         None => Ok(()),

@@ -1,17 +1,17 @@
-//! From a checked request to a picture in an answer: queue, renderer, encoder.
+//! From a checked request to a file in an answer: queue, renderer, encoder.
 
-use crate::answer;
+use crate::answer::{self, JSON};
 use crate::app::App;
 use crate::problem::Problem;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use fogbank_core::Frame;
 use fogbank_core::image::EncodeError;
 use fogbank_core::request::{Quality, View};
-use fogbank_core::scene::CheckedScene;
+use fogbank_core::scene::{Airlight, CheckedScene};
+use fogbank_core::{Frame, Interrupted, Progress, Renderer};
 use std::time::{Duration, Instant};
 
-/// A frame as a file, with what its headers say besides.
+/// What a renderer made as a file, with what its headers say besides.
 pub struct Encoded {
     /// The file.
     pub bytes: Vec<u8>,
@@ -20,6 +20,9 @@ pub struct Encoded {
     /// A header of this kind of file alone.
     pub extra: Option<(HeaderName, String)>,
 }
+
+/// What a job made, and what each of its passes took, in order.
+pub type Timed<T> = (T, Vec<(&'static str, Duration)>);
 
 /// Renders `view` when its turn comes, encodes it and says how long each step took.
 ///
@@ -31,16 +34,33 @@ pub async fn answer(
     view: View,
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let deadline = app.deadline(&scene);
-    let render =
-        app.queue.run(deadline, move |renderer, progress| renderer.render(&scene, &view, progress));
-    let done = render.await?;
-    let (frame, waited) = (done.value, done.waited);
+    let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
+    let render = move |renderer: &Renderer, progress: &Progress| {
+        let mut frame = renderer.render(&scene, &view, progress)?;
+        let timings = std::mem::take(&mut frame.timings);
+        Ok((frame, timings))
+    };
+    answer_job(app, deadline, view.quality, render, encode).await
+}
+
+/// Does `work` when its turn comes, encodes what it made and says how long each step took.
+///
+/// # Errors
+/// 503 when there is no place, 504 past the deadline, 500 when something broke.
+pub async fn answer_job<T: Send + 'static>(
+    app: &App,
+    deadline: Instant,
+    quality: Quality,
+    work: impl FnOnce(&Renderer, &Progress) -> Result<Timed<T>, Interrupted> + Send + 'static,
+    encode: impl FnOnce(&T) -> Result<Encoded, EncodeError> + Send + 'static,
+) -> Result<Response, Problem> {
+    let done = app.queue.run(deadline, work).await?;
+    let ((value, timings), waited) = (done.value, done.waited);
     let finish = move || {
         let began = Instant::now();
-        let encoded = encode(&frame)?;
+        let encoded = encode(&value)?;
         let etag = answer::etag(&encoded.bytes);
-        let timing = server_timing(waited, &frame.timings, began.elapsed());
+        let timing = server_timing(waited, &timings, began.elapsed());
         Ok::<_, EncodeError>((encoded, etag, timing))
     };
     // The place is held until the file is made: what waits here is bounded as well.
@@ -53,10 +73,12 @@ pub async fn answer(
         }
     };
     set(header::CONTENT_TYPE, encoded.content_type);
-    set(header::ETAG, &etag);
+    if encoded.content_type != JSON {
+        set(header::ETAG, &etag);
+    }
     set(HeaderName::from_static("server-timing"), &timing);
     set(HeaderName::from_static("fog-backend"), app.backend);
-    set(HeaderName::from_static("fog-quality"), quality_name(view.quality));
+    set(HeaderName::from_static("fog-quality"), quality_name(quality));
     if let Some((name, value)) = encoded.extra {
         set(name, &value);
     }

@@ -37,6 +37,12 @@ pub fn bytes(frame: &Frame, view: &View) -> Vec<u8> {
     bytes
 }
 
+/// Relative errors as 8-bit RGB, by their logarithm: 1e-4 and less is darkest, 1 and more brightest.
+pub fn errors(pixels: &[f32]) -> Vec<u8> {
+    const DECADES: f32 = 4.0;
+    pixels.iter().flat_map(|error| colour(1.0 + error.log10() / DECADES)).collect()
+}
+
 fn level8(value: f32) -> u8 {
     (value * 255.0 + 0.5) as u8
 }

@@ -4,6 +4,7 @@ mod display;
 mod float;
 mod screen;
 
+use crate::compare::ErrorImage;
 use crate::renderer::Frame;
 use crate::request::{Quality, View};
 
@@ -74,15 +75,54 @@ pub struct EncodeError {
 /// # Errors
 /// What the encoder says.
 pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, EncodeError> {
-    let refuse = |reason: String| EncodeError { format, reason };
+    write(&Raster::from(frame), format, || display::bytes(frame, view))
+}
+
+/// Encodes the relative errors of a comparison: as they are in float formats, else colour-mapped by
+/// their logarithm, from 1e-4 (darkest) to 1 (brightest).
+///
+/// # Errors
+/// What the encoder says.
+pub fn encode_errors(errors: &ErrorImage, format: Format) -> Result<Vec<u8>, EncodeError> {
+    let ErrorImage { width, height, ref pixels } = *errors;
+    let raster = Raster { width, height, channels: 1, pixels };
+    write(&raster, format, || display::errors(pixels))
+}
+
+/// The numbers of an image.
+struct Raster<'a> {
+    width: usize,
+    height: usize,
+    channels: usize,
+    pixels: &'a [f32],
+}
+
+impl<'a> From<&'a Frame> for Raster<'a> {
+    fn from(frame: &'a Frame) -> Self {
+        let Frame { width, height, layer, ref pixels, .. } = *frame;
+        Self { width, height, channels: layer.channels(), pixels }
+    }
+}
+
+/// Writes floats as they are, or what stands for them on a screen.
+fn write(
+    image: &Raster,
+    format: Format,
+    rgb: impl FnOnce() -> Vec<u8>,
+) -> Result<Vec<u8>, EncodeError> {
     let bytes = match format {
-        Format::Exr => float::exr(frame),
-        Format::Npy => float::npy(frame),
-        Format::Png => screen::png(&display::bytes(frame, view), frame),
-        Format::Jpeg => screen::jpeg(&display::bytes(frame, view), frame),
-        Format::WebP => screen::webp(&display::bytes(frame, view), frame),
+        Format::Exr => float::exr(image),
+        Format::Npy => float::npy(image),
+        Format::Png => screen::png(&rgb(), image),
+        Format::Jpeg => screen::jpeg(&rgb(), image),
+        Format::WebP => screen::webp(&rgb(), image),
     };
-    bytes.map_err(|error| refuse(error.to_string()))
+    bytes.map_err(|error| EncodeError { format, reason: error.to_string() })
+}
+
+/// The frame as 8-bit RGB, as a picture of it shows it.
+pub(crate) fn on_screen(frame: &Frame, view: &View) -> Vec<u8> {
+    display::bytes(frame, view)
 }
 
 /// A one-channel frame as a 16-bit grey PNG, with the value that white stands for: the pixel
@@ -94,7 +134,7 @@ pub fn encode_png16(frame: &Frame) -> Result<(Vec<u8>, f64), EncodeError> {
     let most = frame.pixels.iter().copied().fold(0.0, f32::max);
     let scale = if most > 0.0 { f64::from(most) } else { 1.0 };
     let refuse = |error: Failure| EncodeError { format: Format::Png, reason: error.to_string() };
-    Ok((screen::png16(frame, scale).map_err(refuse)?, scale))
+    Ok((screen::png16(&Raster::from(frame), scale).map_err(refuse)?, scale))
 }
 
 /// Whatever an encoder may say.

@@ -1,5 +1,6 @@
 //! One file a route.
 
+pub mod compare;
 pub mod health;
 pub mod limits;
 pub mod models;

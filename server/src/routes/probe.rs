@@ -8,6 +8,7 @@ use axum::extract::{Request, State};
 use axum::response::Response;
 use fogbank_core::probe::RayAnswer;
 use fogbank_core::request::ProbeRequest;
+use fogbank_core::scene::Airlight;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ pub struct ProbeAnswer {
 /// Evaluates rays in f64.
 pub async fn probe(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let (scene, rays) = app.intake.read(request, ProbeRequest::check).await?;
-    let deadline = app.deadline(&scene);
+    let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
     let probe =
         app.queue.run(deadline, move |renderer, progress| renderer.probe(&scene, &rays, progress));
     let done = probe.await?;

@@ -1,0 +1,80 @@
+//! `POST /v1/compare`: how far one airlight estimator is from another, in numbers or as an image.
+
+use crate::accept;
+use crate::answer::JSON;
+use crate::app::App;
+use crate::openapi::Operation;
+use crate::picture::{self, Encoded};
+use crate::problem::Problem;
+use axum::extract::{Request, State};
+use axum::http::HeaderName;
+use axum::response::Response;
+use fogbank_core::compare::{self, CompareRequest, Compared, Comparison};
+use fogbank_core::image::{EncodeError, Format, encode_errors};
+use fogbank_core::request::Quality;
+use fogbank_core::{Interrupted, Progress, Renderer};
+use schemars::SchemaGenerator;
+
+/// The numbers as JSON, or an image of the errors.
+#[derive(Clone, Copy)]
+enum Form {
+    Numbers,
+    Image(Format),
+}
+
+const FORMS: [Form; 6] = [
+    Form::Numbers,
+    Form::Image(Format::Png),
+    Form::Image(Format::Jpeg),
+    Form::Image(Format::WebP),
+    Form::Image(Format::Exr),
+    Form::Image(Format::Npy),
+];
+
+/// The header of an image that holds the numbers.
+const NUMBERS: &str = "Fog-Comparison";
+
+impl Form {
+    fn content_type(self) -> &'static str {
+        match self {
+            Self::Numbers => JSON,
+            Self::Image(format) => format.content_type(),
+        }
+    }
+}
+
+/// Compares two estimators on the layer `airlight`.
+pub async fn compare(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    let form = accept::choose(request.headers(), &FORMS, Form::content_type)?;
+    let (scene, pair) = app.intake.read(request, CompareRequest::check).await?;
+    let deadline = app.deadline(pair.is_slow());
+    let work = move |renderer: &Renderer, progress: &Progress| {
+        let mut compared = compare::run(renderer, &scene, &pair, progress)?;
+        let timings = std::mem::take(&mut compared.timings);
+        Ok::<_, Interrupted>((compared, timings))
+    };
+    let encode = move |compared: &Compared| encode(compared, form);
+    picture::answer_job(&app, deadline, Quality::Full, work, encode).await
+}
+
+fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {
+    let numbers = serde_json::to_string(&compared.comparison).unwrap_or_default();
+    let content_type = form.content_type();
+    let Form::Image(format) = form else {
+        return Ok(Encoded { bytes: numbers.into_bytes(), content_type, extra: None });
+    };
+    let bytes = encode_errors(&compared.errors, format)?;
+    let name = HeaderName::from_static("fog-comparison");
+    Ok(Encoded { bytes, content_type, extra: Some((name, numbers)) })
+}
+
+/// Its documentation.
+pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
+    let summary = "How far one airlight estimator is from another: numbers, or an image of the \
+        relative errors, float32 or colour-mapped by their logarithm from 0.0001 (darkest) to 1 \
+        (brightest).";
+    Operation::post::<CompareRequest>(summary, schemas)
+        .json::<Comparison>(schemas)
+        .picture(&[Format::Png, Format::Jpeg, Format::WebP, Format::Exr, Format::Npy])
+        .header(NUMBERS, "Only with an image: the numbers, as the JSON would say them.")
+}
