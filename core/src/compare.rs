@@ -76,12 +76,12 @@ impl Side {
             let range = Range { min: 1.0, max: COUNTS.march_steps as f64 };
             match self.steps {
                 Some(steps) => check.number(f64::from(steps), range, steps_at),
-                None => check.refuse(steps_at, "a number of steps is expected with march"),
+                None => check.refuse(steps_at, "march needs a number of steps"),
             }
             return Estimator::March(self.steps.unwrap_or(1));
         };
         if self.steps.is_some() {
-            check.refuse(steps_at, "steps are expected with march only");
+            check.refuse(steps_at, "only march takes steps");
         }
         if let Some(detail) = refusal(fog, airlight) {
             check.refuse(|| format!("{at}/airlight"), detail);

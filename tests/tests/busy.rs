@@ -24,8 +24,12 @@ fn quick() -> Value {
 
 /// Sends a request and does not wait for its answer.
 fn begin(server: &Server, body: &Value) -> TcpStream {
+    begin_at(server, "/v1/render", body)
+}
+
+fn begin_at(server: &Server, path: &str, body: &Value) -> TcpStream {
     let mut stream = connect(&server.address);
-    stream.write_all(&Request::post("/v1/render", body.to_string()).bytes()).unwrap();
+    stream.write_all(&Request::post(path, body.to_string()).bytes()).unwrap();
     stream
 }
 
@@ -74,6 +78,7 @@ fn a_full_queue_answers_503_until_who_waited_leaves() {
     let seconds: u32 = refused.expect_header("retry-after").parse().unwrap();
     assert!(seconds >= 1);
     server.post("/v1/probe", &json!({ "scene": {}, "rays": [] })).expect_problem(503);
+    server.post("/v1/compare", &quick()).expect_problem(503);
     server.get("/healthz").expect_success();
     server.get("/readyz").expect_success();
     server.get("/v1/presets").expect_success();
@@ -95,6 +100,7 @@ fn past_the_deadline_is_a_504_and_each_airlight_has_its_own() {
         many.as_object_mut().unwrap().remove(member);
     }
     server.post("/v1/probe", &many).expect_problem(504);
+    server.post("/v1/compare", &slow()).expect_problem(504);
     server.expect_healthy();
     let server = Server::with(&["--deadline-s", "0.001", "--reference-deadline-s", "60"]);
     let mut large = quick();
@@ -104,13 +110,20 @@ fn past_the_deadline_is_a_504_and_each_airlight_has_its_own() {
     let mut reference = quick();
     reference["scene"]["fog"]["airlight"] = json!("reference");
     server.post("/v1/render", &reference).expect_success();
+    // A comparison with the reference has the reference's time, and one without has not.
+    server.post("/v1/compare", &quick()).expect_success();
+    let mut quickly = large;
+    (quickly["width"], quickly["height"]) = (json!(1024), json!(2048));
+    (quickly["a"], quickly["b"]) = (json!({ "airlight": "none" }), json!({ "airlight": "auto" }));
+    server.post("/v1/compare", &quickly).expect_problem(504);
 }
 
 #[test]
 fn who_leaves_is_forgotten() {
     let server = Server::with(&["--queue", "16"]);
     for _ in 0..3 {
-        let streams: Vec<_> = (0..12).map(|_| begin(&server, &slow())).collect();
+        let paths = ["/v1/render", "/v1/compare"].into_iter().cycle().take(12);
+        let streams: Vec<_> = paths.map(|path| begin_at(&server, path, &slow())).collect();
         for stream in streams {
             stream.shutdown(Shutdown::Both).unwrap();
         }

@@ -101,6 +101,35 @@ fn every_option_of_render_is_that_of_the_request() {
 }
 
 #[test]
+fn compare_prints_what_the_server_answers_and_writes_its_image() {
+    let server = Server::start();
+    let scene_file = scene_file("compare.json", &scene());
+    let out = file("compare.npy");
+    let sides = ["--a=march", "--a-steps=7", "--b=sun2005", "--width=24", "--height=16"];
+    let image = ["-o", out.to_str().unwrap()];
+    let printed = succeed(&[&["compare", scene_file.as_str()][..], &sides, &image].concat());
+    let printed: Value = serde_json::from_slice(&printed).unwrap();
+    let body = json!({ "scene": scene(), "width": 24, "height": 16,
+        "a": { "airlight": "march", "steps": 7 }, "b": { "airlight": "sun2005" } });
+    let answered = server.post("/v1/compare", &body).expect_success().json();
+    for member in ["a", "b", "bias", "median", "p95", "max", "flip", "mean_b"] {
+        assert_eq!(printed[member], answered[member], "{member}");
+    }
+    let answer = server.post_for("/v1/compare", &body, "application/x-npy").expect_success();
+    assert_eq!(std::fs::read(&out).unwrap(), answer.body);
+}
+
+#[test]
+fn compare_names_the_option_at_fault() {
+    let scene_file = scene_file("compare-fault.json", &scene());
+    let error = fail(&["compare", &scene_file, "--a", "march"], 1);
+    assert!(error.starts_with("fogbank: --a-steps: "), "{error}");
+    let error = fail(&["compare", &scene_file, "--b-steps", "3"], 1);
+    assert!(error.starts_with("fogbank: --b-steps: "), "{error}");
+    fail(&["compare", &scene_file, "--a", "fog"], 2);
+}
+
+#[test]
 fn without_a_size_a_picture_is_960_by_540_and_a_preset_needs_no_file() {
     let out = file("preset.npy");
     let out_name = out.to_str().unwrap();

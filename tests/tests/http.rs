@@ -240,9 +240,18 @@ fn probed(layer: &str, answer: &Value, scene: &Value) -> Vec<f64> {
 fn pictures_agree_with_probes(offset: f64, orthographic: bool) {
     const SIZE: (usize, usize) = (24, 16);
     let server = Server::start();
-    for airlight in ["auto", "none", "sun2005", "fogshop2007", "reference"] {
+    for (airlight, g) in [
+        ("auto", 0.0),
+        ("auto", 0.7),
+        ("none", 0.0),
+        ("sun2005", 0.0),
+        ("fogshop2007", 0.0),
+        ("reference", 0.0),
+        ("reference", -0.4),
+    ] {
         let mut scene = scene(offset);
         scene["fog"]["airlight"] = airlight.into();
+        scene["fog"]["phase"] = json!({ "kind": "henyey_greenstein", "g": g });
         if airlight == "sun2005" {
             scene["fog"]["terms"].as_array_mut().unwrap().truncate(1);
         }
@@ -436,6 +445,7 @@ fn every_documented_path_is_there_and_nothing_else() {
     let expected = [
         "/healthz",
         "/readyz",
+        "/v1/compare",
         "/v1/limits",
         "/v1/models",
         "/v1/openapi.json",

@@ -6,7 +6,7 @@ use fogbank_tests::server::Server;
 use serde_json::{Value, json};
 use std::io::Write;
 
-const POSTS: [&str; 3] = ["/v1/render", "/v1/optical-depth", "/v1/probe"];
+const POSTS: [&str; 4] = ["/v1/render", "/v1/optical-depth", "/v1/probe", "/v1/compare"];
 
 fn probe(scene: Value) -> Value {
     json!({ "scene": scene, "rays": [] })
@@ -40,8 +40,8 @@ fn objection(case: &mutation::Case, answer: &Answer) -> Option<String> {
 fn every_field_refuses_what_its_schema_refuses_and_takes_its_ends() {
     let server = Server::start();
     let document = server.get("/v1/openapi.json").json();
-    for (path, fewest) in [("/v1/render", 900), ("/v1/optical-depth", 900), ("/v1/probe", 900)] {
-        let cases = mutation::cases(&document, path);
+    for path in POSTS {
+        let (cases, fewest) = (mutation::cases(&document, path), 900);
         assert!(cases.len() > fewest, "{} cases for {path}", cases.len());
         let mut objections = Vec::new();
         for case in &cases {
@@ -216,7 +216,11 @@ fn a_picture_of_too_many_pixels_is_refused_before_memory_is_taken() {
     let limits = server.get("/v1/limits").json();
     let side = limits["counts"]["picture_side"].as_u64().unwrap();
     let pixels = limits["counts"]["picture_pixels"].as_u64().unwrap();
-    for path in ["/v1/render", "/v1/optical-depth"] {
+    let most = limits["counts"]["compare_pixels"].as_u64().unwrap();
+    let body = json!({ "scene": {}, "width": 2048, "height": most / 2048 + 1 });
+    let problem = server.post("/v1/compare", &body).expect_problem(422);
+    assert_eq!(first_pointer(&problem), "/height");
+    for path in ["/v1/render", "/v1/optical-depth", "/v1/compare"] {
         for (width, height, pointer) in [
             (65_536, 32_768, "/width"),
             (u64::from(u32::MAX), u64::from(u32::MAX), "/width"),
