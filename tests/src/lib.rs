@@ -2,8 +2,10 @@
 
 pub mod camera;
 pub mod decode;
+pub mod errors;
 pub mod http;
 pub mod mutation;
+pub mod quadrature;
 pub mod server;
 
 pub mod scenes;

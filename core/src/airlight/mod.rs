@@ -2,6 +2,7 @@
 //!
 //! Every method here answers it per unit of ω·I, as one number a light, because extinction is grey.
 
+pub mod errors;
 pub mod fogshop2007;
 pub mod march;
 mod path;

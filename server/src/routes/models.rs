@@ -7,6 +7,7 @@ use crate::answer::{Fixed, JSON};
 use crate::openapi::Operation;
 use axum::http::HeaderMap;
 use axum::response::Response;
+use fogbank_core::airlight::errors;
 use fogbank_core::scene::tagged::Tagged;
 use fogbank_core::scene::{self, Airlight, Phase, Scene, SurfaceLighting, Term};
 use schemars::generate::SchemaSettings;
@@ -36,7 +37,7 @@ struct Model {
     /// What it works with.
     supports: Supports,
     /// How far it is from the truth, as measured.
-    measured_error: &'static str,
+    measured_error: String,
     /// JSON schema of what a scene says to use it.
     schema: Value,
 }
@@ -67,10 +68,43 @@ struct Origin {
     kind: Kind,
     name: &'static str,
     source: &'static str,
-    measured_error: &'static str,
+    measured_error: Measured,
 }
 
-const CLOSED_FORM: &str = "A closed form: rounding is its only error.";
+/// How far a model is from the truth.
+#[derive(Clone, Copy)]
+enum Measured {
+    /// In words.
+    Words(&'static str),
+    /// As [`errors::MEASURED`] says of this estimator.
+    Table(Airlight),
+}
+
+impl Measured {
+    fn text(self) -> String {
+        let airlight = match self {
+            Self::Words(words) => return words.to_owned(),
+            Self::Table(airlight) => airlight,
+        };
+        let error = errors::measured(airlight).copied().unwrap_or_default();
+        let [median, p95, max] = [error.median, error.p95, error.max].map(percent);
+        format!("Relative to {}: median {median}, p95 {p95}, largest {max}.", error.against)
+    }
+}
+
+/// In percent, two digits of it.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent {
+        0.0 => "0 %".to_owned(),
+        ..0.01 => format!("{percent:.1e} %"),
+        ..1.0 => format!("{percent:.2} %"),
+        ..10.0 => format!("{percent:.1} %"),
+        _ => format!("{percent:.0} %"),
+    }
+}
+
+const CLOSED_FORM: Measured = Measured::Words("A closed form: rounding is its only error.");
 
 const ORIGINS: &[Origin] = &[
     Origin {
@@ -89,48 +123,51 @@ const ORIGINS: &[Origin] = &[
     Origin {
         kind: Kind::Airlight,
         name: "auto",
-        source: "Sun 2005 without Gaussians, else Fogshop 2007.",
-        measured_error: "That of the method it chooses: sun2005 without Gaussians, else fogshop2007.",
+        source: "Sun 2005 without Gaussians, else Fogshop 2007; the integral where the phase function \
+            is not isotropic.",
+        measured_error: Measured::Table(Airlight::Auto),
     },
     Origin {
         kind: Kind::Airlight,
         name: "none",
         source: "Only the veil: ambient · (1 − transmittance) (Biri 2002).",
-        measured_error: "Leaves out all light of the lamps that the fog scatters to the eye.",
+        measured_error: Measured::Words(
+            "Leaves out all light of the lamps that the fog scatters to the eye.",
+        ),
     },
     Origin {
         kind: Kind::Airlight,
         name: "sun2005",
         source: "Sun, Ramamoorthi, Narasimhan, Nayar: A Practical Analytic Single Scattering Model \
             for Real Time Rendering (SIGGRAPH 2005): airlight of a point light by the function F.",
-        measured_error: "At most 6.1e-5 relative, median 1e-12, against the integral: 1 200 rays, every angle from 0 \
-            to π, β·distance from 1e-3 to 10, ends from 0.03 to 300 times the light's distance.",
+        measured_error: Measured::Table(Airlight::Sun2005),
     },
     Origin {
         kind: Kind::Airlight,
         name: "fogshop2007",
         source: "Zhou, Hou, Gong, Snyder, Guo, Shum: Fogshop (Pacific Graphics 2007): analytic \
             approximation of single scattering in a sum of Gaussians.",
-        measured_error: "Against the integral, eleven scenes of 16 rays: median 3.6 % to 41 % by scene, 9.6 % over \
-            all; p95 43 %, most 156 %. Several times the truth next to a light close to a blob.",
+        measured_error: Measured::Table(Airlight::Fogshop2007),
     },
     Origin {
         kind: Kind::Airlight,
         name: "reference",
         source: "The single-scattering integral itself, by adaptive quadrature in f64.",
-        measured_error: "At most 4e-13 relative on 176 rays with independently known values.",
+        measured_error: Measured::Table(Airlight::Reference),
     },
     Origin {
         kind: Kind::SurfaceLighting,
         name: "auto",
         source: "Chooses for the scene.",
-        measured_error: "That of the model it chooses.",
+        measured_error: Measured::Words("That of the model it chooses."),
     },
     Origin {
         kind: Kind::SurfaceLighting,
         name: "attenuated",
         source: "Beer–Lambert law between lamp and surface.",
-        measured_error: "Leaves out the light that the fog scatters onto surfaces.",
+        measured_error: Measured::Words(
+            "Leaves out the light that the fog scatters onto surfaces.",
+        ),
     },
 ];
 
@@ -181,7 +218,7 @@ fn model(kind: Kind, schema: Value) -> Result<Model, String> {
         source: origin.source,
         summary: schema["description"].as_str().unwrap_or_default().to_owned(),
         supports: supports(kind, &name),
-        measured_error: origin.measured_error,
+        measured_error: origin.measured_error.text(),
         schema,
         name,
     })
@@ -241,6 +278,15 @@ mod tests {
         assert_eq!(find(Kind::Airlight, "sun2005").supports.media, ["homogeneous"]);
         assert_eq!(find(Kind::Airlight, "sun2005").supports.phase, ["isotropic"]);
         assert_eq!(find(Kind::Medium, "gaussians").supports.phase, Phase::KINDS);
+    }
+
+    #[test]
+    fn errors_are_said_in_percent() {
+        let said = [0.0, 3.2e-7, 0.0016, 0.041, 1.56].map(percent);
+        assert_eq!(said, ["0 %", "3.2e-5 %", "0.16 %", "4.1 %", "156 %"]);
+        let auto = find(Kind::Airlight, "auto").measured_error;
+        let all = ["median", "p95", "largest", " %"];
+        assert!(all.iter().all(|word| auto.contains(word)), "{auto}");
     }
 
     #[test]

@@ -1,0 +1,124 @@
+//! Measures how far the estimators are from the truth, on fixed scenes: what
+//! `fogbank_core::airlight::errors` states.
+
+use crate::quadrature::integrate;
+use crate::scenes::{Random, homogeneous};
+use fogbank_core::airlight::reference;
+use fogbank_core::compare::{self, CompareRequest, ComparedAirlight, Side};
+use fogbank_core::media::Field;
+use fogbank_core::phase::Phase;
+use fogbank_core::scene::{Airlight, Fog, Scene, Term, read};
+use fogbank_core::{Progress, Renderer, presets};
+use glam::DVec3;
+use serde_json::{Value, json};
+
+/// Random scenes beside the presets.
+const ROUNDS: u64 = 24;
+
+/// Median, 95th percentile and largest relative error of an estimator.
+pub fn measure(airlight: Airlight) -> [f64; 3] {
+    let mut errors = match airlight {
+        Airlight::Reference => of_the_reference(),
+        Airlight::None => vec![1.0],
+        Airlight::Auto => of_pictures(ComparedAirlight::Auto, |_| true),
+        Airlight::Sun2005 => of_pictures(ComparedAirlight::Sun2005, is_homogeneous),
+        Airlight::Fogshop2007 => of_pictures(ComparedAirlight::Fogshop2007, is_isotropic),
+    };
+    errors.sort_by(f64::total_cmp);
+    let at = |q: f64| errors[(q * (errors.len() - 1) as f64).round() as usize];
+    [at(0.5), at(0.95), at(1.0)]
+}
+
+fn is_isotropic(scene: &Scene) -> bool {
+    Phase::from(&scene.fog.phase).is_isotropic()
+}
+
+fn is_homogeneous(scene: &Scene) -> bool {
+    let gaussian = |term: &Term| matches!(term, Term::Gaussians(_));
+    is_isotropic(scene) && !scene.fog.terms.iter().any(gaussian)
+}
+
+/// Every pixel of small pictures of the scenes, against the reference.
+fn of_pictures(airlight: ComparedAirlight, takes: impl Fn(&Scene) -> bool) -> Vec<f64> {
+    let renderer = Renderer::default();
+    let errors = scenes().into_iter().filter(takes).flat_map(|scene| {
+        let a = Side { airlight, steps: None };
+        let request = CompareRequest { scene, width: 16, height: 12, a, b: Side::reference() };
+        let (scene, pair) = request.check().expect("a valid comparison");
+        let compared = compare::run(&renderer, &scene, &pair, &Progress::default());
+        compared.expect("not interrupted").errors.pixels
+    });
+    errors.map(f64::from).collect()
+}
+
+/// The presets, and random scenes: homogeneous fog, blobs, both, with every other phase function.
+fn scenes() -> Vec<Scene> {
+    let random = (0..ROUNDS).map(|round| {
+        let mut random = Random(round);
+        let phase = match round % 6 {
+            3 => json!({ "kind": "henyey_greenstein", "g": 0.8 }),
+            5 => json!({ "kind": "henyey_greenstein", "g": -0.4 }),
+            _ => json!({ "kind": "isotropic" }),
+        };
+        let scene = json!({
+            "camera": { "position": [0, 1, 11], "target": [0, 0, 0] },
+            "surfaces": [{ "shape": { "kind": "plane", "point": [0, -3, 0] } }],
+            "lights": random.lamps(2, 4.0),
+            "fog": { "phase": phase, "terms": terms(&mut random, round) },
+            "far_m": 60,
+        });
+        read(scene.to_string().as_bytes()).expect("a scene")
+    });
+    presets::all().into_iter().map(|preset| preset.scene).chain(random).collect()
+}
+
+fn terms(random: &mut Random, round: u64) -> Value {
+    let even = homogeneous(random.decades(3e-3, 0.3));
+    let few = [1.5, 3.0];
+    match round % 3 {
+        0 => json!([even]),
+        1 => json!([even, random.blobs(12, 4.0, few, [0.01, 0.2])]),
+        _ => json!([random.blobs(40, 4.0, [0.4, 1.5], [0.05, 1.0])]),
+    }
+}
+
+/// Rays through fog of all kinds and phase functions, against a rule in the angle around the lamp.
+fn of_the_reference() -> Vec<f64> {
+    const RAYS: usize = 20;
+    let mut errors = Vec::new();
+    for round in 0..ROUNDS {
+        let mut random = Random(round);
+        let terms = json!({ "terms": terms(&mut random, round) });
+        let fog: Fog = read(terms.to_string().as_bytes()).expect("a fog");
+        let field = Field::new(&fog);
+        for g in [0.0, 0.5, -0.5, 0.99] {
+            let phase = Phase { g };
+            errors.extend((0..RAYS / 4).map(|_| {
+                let [from, to, light] = [(); 3].map(|()| random.point(6.0));
+                error_of_the_reference(&field, phase, light, from, to)
+            }));
+        }
+    }
+    errors
+}
+
+fn error_of_the_reference(
+    field: &Field,
+    phase: Phase,
+    light: DVec3,
+    from: DVec3,
+    to: DVec3,
+) -> f64 {
+    let (length, direction) = (from.distance(to), (to - from).normalize());
+    let (closest, miss) = ((light - from).dot(direction), (light - from).cross(direction).length());
+    let glow = |angle: f64| {
+        let x = from + (closest + miss * angle.tan()) * direction;
+        let depth = field.depth_between(from, x) + field.depth_between(light, x);
+        let cos = (x - light).normalize().dot(-direction);
+        field.beta(x) * phase.value(cos) * (-depth).exp() / miss
+    };
+    let angle = |t: f64| ((t - closest) / miss).atan();
+    let sum = integrate(angle(0.0), angle(length), &glow);
+    let exact = reference::airlight(field, phase, light, from, direction, length);
+    (exact / sum - 1.0).abs()
+}
