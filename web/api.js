@@ -76,6 +76,14 @@ export const presets = async () => (await request("v1/presets", {}, asJson)).pre
 /** Probes rays; `body` is the JSON of `{scene, rays}`. */
 export const probe = async (body, signal) => (await post("v1/probe", body, "application/json", signal, asJson)).rays;
 
+/** Compares two airlight estimators; `body` is the JSON of the comparison. Answers the error image and the numbers. */
+export function compare(body, signal) {
+  return post("v1/compare", body, "image/png", signal, async (response) => ({
+    blob: await response.blob(),
+    numbers: JSON.parse(response.headers.get("Fog-Comparison")),
+  }));
+}
+
 /** Renders a picture; `body` is the JSON of the render request. */
 export function render(body, accept, signal) {
   const sentAt_ms = performance.now();

@@ -3,6 +3,7 @@
 import * as api from "./api.js";
 import { completeCamera, orbit, pan, rayThrough, tidied, zoom } from "./camera.js";
 import { element, plainDoc } from "./dom.js";
+import { ErrorLayer } from "./errors.js";
 import { bindGestures } from "./gestures.js";
 import { Panels } from "./panels.js";
 import { Probe, showReading } from "./probe.js";
@@ -15,6 +16,8 @@ import { Viewer } from "./viewer.js";
 
 const CENTRE = { x: 0.5, y: 0.5 };
 const LAYERS = ["beauty", "airlight", "optical_depth", "transmittance", "depth"];
+// What the errors are errors of.
+const COMPARED_LAYER = "airlight";
 const ACCEPT = { draft: "image/jpeg", full: "image/png" };
 
 const find = (id) => document.getElementById(id);
@@ -23,6 +26,7 @@ const store = new RequestStore(onChange);
 const status = bindStatus(find("status"), (pointer) => panels?.reveal(pointer));
 const viewer = new Viewer(picture, render, { phase: onPhase, frame: onFrame, problem: onProblem });
 const probe = new Probe(askProbe, onReading);
+const errors = new ErrorLayer(find("errors"), find("errors-note"), askErrors, onErrors);
 /** @type {Panels} made once the schema is here */
 let panels;
 /** The camera that the loaded scene came with. */
@@ -32,7 +36,8 @@ let refreshIsDue = false;
 /**
  * For scripts and browser tests. `document.documentElement.dataset.frame` is `loading` while a newer picture is due, then
  * `draft`, `full` or `error`; `lastFrame` is `{seq, quality, layer, width, height, bytes, backend, serverTiming,
- * roundTrip_ms}`; `counts` only grow.
+ * roundTrip_ms}`. `dataset.errors` is the state of the layer "error" (`off`, `waiting`, `working`, `done` or `failed`),
+ * `lastComparison` `{scale, width, height, numbers}`. `counts` only grow.
  */
 window.fogbank = {
   get request() { return store.request; },
@@ -41,12 +46,14 @@ window.fogbank = {
   load: loadScene,
   lastFrame: null,
   lastReading: null,
-  counts: { changes: 0, renders: 0, frames: 0, probes: 0 },
+  lastComparison: null,
+  counts: { changes: 0, renders: 0, frames: 0, probes: 0, comparisons: 0 },
 };
 const { counts } = window.fogbank;
 
 function onChange() {
   counts.changes += 1;
+  errors.cancel();
   viewer.change();
   if (refreshIsDue) return;
   refreshIsDue = true;
@@ -74,12 +81,27 @@ function onFrame(info) {
   panels?.showErrors([]);
   showFacts(find("facts"), info);
   showTimings(find("timings"), info);
-  if (info.quality === "full") probe.refresh();
+  if (info.quality !== "full") return;
+  probe.refresh();
+  errors.start(info);
 }
 
 function onProblem(error, retryIn_ms) {
   status.show(error, retryIn_ms);
   panels?.showErrors(error.errors ?? []);
+}
+
+/** The scene's own estimator against the reference; where that is its own, what `auto` would do. */
+function askErrors({ width, height, signal }) {
+  counts.comparisons += 1;
+  const own = store.scene.fog?.airlight ?? "auto";
+  const a = { airlight: own === "reference" ? "auto" : own };
+  return api.compare(store.sceneBody({ width, height, a }), signal);
+}
+
+function onErrors(state, comparison) {
+  document.documentElement.dataset.errors = state;
+  if (comparison) window.fogbank.lastComparison = comparison;
 }
 
 /** Probes the ray of the pixel that a point of the picture lies in, so that it agrees with the picture. */
@@ -143,16 +165,22 @@ function bindPicture() {
   });
 }
 
-/** The layer switch, from the schema's own list. */
+/** The layer switch, from the schema's own list, and the errors. */
 function buildLayers(schemas) {
   const schema = schemas.resolve(schemas.body("/v1/render").properties?.layer);
   const options = schemas.options(schema) ?? LAYERS.map((value) => ({ value }));
-  const labels = options.map(({ value, description }) => {
+  const choice = (value, description, layer) => {
     const radio = element("input", { type: "radio", name: "layer", value, checked: value === store.request.layer });
-    radio.addEventListener("change", () => store.set(["layer"], value));
+    radio.addEventListener("change", () => {
+      errors.isOn = value !== layer;
+      store.set(["layer"], layer);
+    });
     return element("label", { title: plainDoc(description) }, radio, element("span", {}, value.replaceAll("_", " ")));
-  });
-  find("layers").append(...labels);
+  };
+  errors.describe(schemas.component("Comparison").properties);
+  find("layers").append(
+    ...options.map(({ value, description }) => choice(value, description, value)),
+    choice("error", schemas.summary("/v1/compare"), COMPARED_LAYER));
 }
 
 function bindPresets(presets) {

@@ -30,6 +30,11 @@ export class Schemas {
     return this.resolve(this.#document.paths?.[path]?.post?.requestBody?.content?.["application/json"]?.schema);
   }
 
+  /** The sentence that describes `POST path`. */
+  summary(path) {
+    return this.#document.paths?.[path]?.post?.summary;
+  }
+
   /** A named schema of the document. */
   component(name) {
     return this.resolve(this.#document.components?.schemas?.[name]);

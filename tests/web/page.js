@@ -65,6 +65,10 @@ const SIMPLE = {
   lights: [{ id: "lamp", kind: "point", position: [2, 3, 2], intensity: [80, 70, 50] }],
   fog: { ambient: [0.02, 0.02, 0.03], terms: [{ id: "mist", kind: "homogeneous", extinction: 0.05 }] },
 };
+const PATCHY = { ...SIMPLE, fog: { terms: [{ kind: "gaussians", blobs: [
+  { center: [-1, 1, 1], radius: 1.5, extinction: 0.4 }, { center: [1.5, 2, 1], radius: 0.8, extinction: 1 },
+] }] } };
+const errorState = () => page.evaluate(() => document.documentElement.dataset.errors);
 const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
 
 async function onADesk(browser) {
@@ -119,7 +123,9 @@ async function onADesk(browser) {
     await toFull(() => page.locator("#reset-view").click());
   });
   await holds("every layer can be chosen and shows something else", async () => {
-    const values = await page.locator("#layers input").evaluateAll((radios) => radios.map((radio) => radio.value));
+    const all = await page.locator("#layers input").evaluateAll((radios) => radios.map((radio) => radio.value));
+    assert.equal(all.at(-1), "error");
+    const values = all.slice(0, -1);
     assert.deepEqual(values, ["beauty", "airlight", "surface", "optical_depth", "transmittance", "depth", "normal"]);
     const seen = new Set();
     for (const value of [...values].reverse()) {
@@ -128,6 +134,49 @@ async function onADesk(browser) {
       seen.add(await pixels());
     }
     assert.equal(seen.size, values.length);
+  });
+  await holds("the errors come in growing resolution, with their numbers", async () => {
+    const layer = (name) => page.locator(`#layers input[value=${name}]`).check({ force: true });
+    await load(PATCHY);
+    const before = await count("comparisons");
+    await toFull(() => layer("error"));
+    assert.equal(await page.evaluate(() => window.fogbank.lastFrame.layer), "airlight");
+    await until(() => window.fogbank.lastComparison?.scale >= 1 / 16);
+    assert.equal(await errorState(), "working");
+    assert.match(await page.locator("#errors-note").innerText(), /Comparing at .*size/);
+    await until(() => window.fogbank.lastComparison?.scale >= 1 / 4);
+    await shot("errors");
+    const { numbers, width, height } = await page.evaluate(() => window.fogbank.lastComparison);
+    assert.deepEqual([numbers.a.airlight, numbers.b.airlight], ["auto", "reference"]);
+    assert.ok(numbers.median <= numbers.p95 && numbers.p95 <= numbers.max);
+    const shown = await page.evaluate(() => {
+      const { width, height, hidden } = document.getElementById("errors");
+      return { width, height, hidden };
+    });
+    assert.ok(!shown.hidden && shown.width >= width && shown.height >= height, JSON.stringify(shown));
+    const text = await page.locator("#errors-note").innerText();
+    for (const word of ["auto against reference", "median", "p95", "max", "%"]) assert.ok(text.includes(word), text);
+    const tooltip = await page.locator("#errors-note dl div").first().getAttribute("title");
+    assert.match(tooltip, /median/i);
+    assert.ok(await count("comparisons") >= before + 3);
+  });
+  await holds("a move of the camera gives the errors up, and they come again when it rests", async () => {
+    const requests = [];
+    page.on("requestfailed", (request) => requests.push(request.url()));
+    await until(() => document.documentElement.dataset.errors !== "waiting");
+    const wasWorking = await errorState() === "working";
+    await toFull(() => page.locator("#picture").press("ArrowLeft"));
+    if (wasWorking) assert.ok(requests.some((url) => url.endsWith("/v1/compare")), `${requests}`);
+    const before = await count("comparisons");
+    await page.evaluate(() => { window.fogbank.lastComparison = null; });
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "airlight"], "fogshop2007")));
+    await until(() => window.fogbank.lastComparison?.numbers.a.airlight === "fogshop2007");
+    assert.ok(await count("comparisons") > before);
+    await toFull(() => page.locator("#layers input[value=beauty]").check({ force: true }));
+    assert.equal(await errorState(), "off");
+    assert.equal(await page.locator("#errors").isVisible(), false);
+    assert.equal(await page.locator("#errors-note").isVisible(), false);
+    await load(SIMPLE);
   });
   await holds("the probe agrees with the server", async () => {
     await pointAt(0.5, 0.45);
