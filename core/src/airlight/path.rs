@@ -8,11 +8,14 @@ use glam::DVec3;
 
 /// A blob that the view ray meets.
 struct Met {
-    blob: Gaussian,
+    /// Scale a [1/m].
+    a: f64,
     /// Ray parameter of its closest point [m].
     at: f64,
-    /// Squared distance of the ray from its centre in units of its radius.
-    miss2: f64,
+    /// Its extinction there [1/m].
+    peak: f64,
+    /// Half of T along the whole line.
+    half_depth: f64,
     /// erf at the ray's origin.
     erf_start: f64,
 }
@@ -47,8 +50,9 @@ impl Path {
         field.near_segment(origin, direction, length, |blob| {
             let at = (blob.center - origin).dot(direction);
             let miss = (blob.center - origin).cross(direction).length() * blob.a;
-            let erf_start = libm::erf(-blob.a * at);
-            met.push(Met { blob: *blob, at, miss2: miss * miss, erf_start });
+            let (through, a) = ((-miss * miss).exp(), blob.a);
+            let (peak, half_depth) = (blob.c * through, blob.half_depth() * through);
+            met.push(Met { a, at, peak, half_depth, erf_start: libm::erf(-a * at) });
             0.0
         });
         Self {
@@ -64,18 +68,17 @@ impl Path {
 
     /// β [1/m] at the ray parameter `t` [m].
     pub fn extinction(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|Met { blob, at, miss2, .. }| {
-            let s = blob.a * (t - at);
-            blob.c * (-miss2 - s * s).exp()
+        let blobs = self.met.iter().map(|Met { a, at, peak, .. }| {
+            let s = a * (t - at);
+            peak * (-s * s).exp()
         });
         self.beta + blobs.sum::<f64>()
     }
 
     /// T from the eye to the ray parameter `t` [m].
     pub fn depth(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|Met { blob, at, miss2, erf_start }| {
-            let along = libm::erf(blob.a * (t - at)) - erf_start;
-            blob.half_depth() * (-miss2).exp() * along
+        let blobs = self.met.iter().map(|Met { a, at, half_depth, erf_start, .. }| {
+            half_depth * (libm::erf(a * (t - at)) - erf_start)
         });
         self.beta * t + blobs.sum::<f64>()
     }
@@ -95,10 +98,9 @@ impl Path {
     pub fn resolution(&self, start: f64, end: f64) -> f64 {
         const RADII: f64 = 5.0;
         let crossed = self.met.iter().filter(|met| {
-            let radius = 1.0 / met.blob.a;
-            let counts = met.blob.half_depth() * (-met.miss2).exp() > 1e-9;
-            counts && met.at + 4.0 * radius > start && met.at - 4.0 * radius < end
+            let radius = 1.0 / met.a;
+            met.half_depth > 1e-9 && met.at + 4.0 * radius > start && met.at - 4.0 * radius < end
         });
-        crossed.map(|met| RADII / met.blob.a).fold(f64::INFINITY, f64::min)
+        crossed.map(|met| RADII / met.a).fold(f64::INFINITY, f64::min)
     }
 }
