@@ -248,10 +248,11 @@ fn milliseconds(frame: &Frame) -> f64 {
     own.map(|(_, took)| took.as_secs_f64() * 1e3).sum()
 }
 
+/// Finite ones: a lamp in the eye may be brighter than a float32 can say.
 fn luminances(frame: &Frame) -> Vec<f64> {
     let luminance = |rgb: &[f32]| {
         let [r, g, b] = [0, 1, 2].map(|k| f64::from(rgb[k]));
-        0.2126 * r + 0.7152 * g + 0.0722 * b
+        (0.2126 * r + 0.7152 * g + 0.0722 * b).min(f64::from(f32::MAX))
     };
     frame.pixels.chunks_exact(3).map(luminance).collect()
 }
@@ -283,7 +284,7 @@ impl Errors {
     }
 
     fn image(&self, like: &Frame) -> ErrorImage {
-        let pixels = self.signed.iter().map(|error| error.abs() as f32);
+        let pixels = self.signed.iter().map(|error| error.abs().min(f64::from(f32::MAX)) as f32);
         ErrorImage { width: like.width, height: like.height, pixels: pixels.collect() }
     }
 }

@@ -128,6 +128,26 @@ fn a_side_against_itself_has_no_error_and_none_is_all_dark() {
     assert!(number(&bright, "max").is_finite() && number(&bright, "bias") > 1.0, "{bright}");
 }
 
+/// Numbers stay numbers where light is beyond measure: a lamp of the largest intensity in the eye, in
+/// the densest fog and the thinnest.
+#[test]
+fn the_brightest_lamps_have_numbers_too() {
+    let server = Server::start();
+    for extinction in [1e6, 1.0, 1e-300] {
+        let mut scene = scene();
+        scene["lights"] =
+            json!([{ "kind": "point", "position": [0, 1.7, 8], "intensity": [1e12, 1e12, 1e12] }]);
+        scene["fog"] = json!({ "terms": [{ "kind": "homogeneous", "extinction": extinction }],
+            "phase": { "kind": "henyey_greenstein", "g": 0.99 } });
+        for (a, b) in [(march(3), "reference"), (named("none"), "reference"), (march(3), "none")] {
+            let answer = server.post("/v1/compare", &body(&scene, a, named(b))).expect_success();
+            for name in ["bias", "median", "p95", "max", "flip", "mean_b"] {
+                assert!(number(&answer.json(), name).is_finite());
+            }
+        }
+    }
+}
+
 #[test]
 fn marching_gets_better_with_its_steps() {
     let server = Server::start();
