@@ -1,7 +1,9 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
 use crate::airlight::fogshop2007::{Eye, LightSide, depths_to_centers};
-use crate::airlight::{Estimator, MISS_FLOOR, Method, fogshop2007, march, reference, sun2005};
+use crate::airlight::{
+    Estimator, MISS_FLOOR, Method, fogshop2007, mapped, march, reference, sun2005,
+};
 use crate::geometry::{self, Geometry};
 use crate::media::{Field, toward};
 use crate::phase::Phase;
@@ -120,6 +122,7 @@ impl<'a> Prober<'a> {
                     let side = &sides[place];
                     fogshop2007::airlight(self.field, side, at, origin, direction, length)
                 }),
+                Method::Mapped => mapped::airlight(self.field, phase, at, origin, direction, length),
                 Method::Reference => {
                     reference::airlight(self.field, phase, at, origin, direction, length)
                 }

@@ -9,6 +9,7 @@ pub mod quadrature;
 pub mod server;
 
 pub mod scenes;
+pub mod trials;
 
 use serde_json::Value;
 use std::path::PathBuf;

@@ -4,6 +4,7 @@
 
 pub mod errors;
 pub mod fogshop2007;
+pub mod mapped;
 pub mod march;
 mod path;
 pub mod reference;
@@ -33,6 +34,8 @@ pub enum Method {
     Sun2005,
     /// [`fogshop2007`].
     Fogshop2007,
+    /// [`mapped`].
+    Mapped,
     /// [`reference`](mod@reference).
     Reference,
     /// [`march`] in so many steps.
@@ -40,10 +43,10 @@ pub enum Method {
 }
 
 impl Method {
-    /// What is asked for in a fog. `auto` is Sun's where it is exact, else Fogshop's; both are isotropic,
-    /// so that with another phase function it is the integral itself.
+    /// What is asked for in a fog. `auto` is Sun's where that is exact.
     pub fn new(asked: Estimator, fog: &Fog, field: &Field) -> Self {
         use scene::Airlight;
+        let isotropic = Phase::from(&fog.phase).is_isotropic();
         let asked = match asked {
             _ if field.is_empty() => return Self::None,
             Estimator::March(steps) => return Self::March(steps),
@@ -54,9 +57,8 @@ impl Method {
             Airlight::Sun2005 => Self::Sun2005,
             Airlight::Fogshop2007 => Self::Fogshop2007,
             Airlight::Reference => Self::Reference,
-            Airlight::Auto if !Phase::from(&fog.phase).is_isotropic() => Self::Reference,
-            Airlight::Auto if field.blobs.is_empty() => Self::Sun2005,
-            Airlight::Auto => Self::Fogshop2007,
+            Airlight::Auto if isotropic && field.blobs.is_empty() => Self::Sun2005,
+            Airlight::Auto => Self::Mapped,
         }
     }
 }

@@ -45,7 +45,10 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let beta = context.field.homogeneous.beta as f32;
     fogged.depth = hits.length.map(|length| length * beta);
     let method = if lit { context.method } else { Method::None };
-    let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
+    let purpose = match method {
+        Method::Fogshop2007 | Method::Mapped => Purpose::Airlight,
+        _ => Purpose::Depth,
+    };
     let list = blobs_on_view(context, rays, hits, purpose);
     if method != Method::Fogshop2007 {
         add_depth(context, &list, rays, &hits.length, &mut fogged.depth);
@@ -53,6 +56,7 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     match method {
         Method::None => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
+        Method::Mapped => super::mapped::add_airlight(context, &list, rays, hits, &mut fogged.airlight),
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
         }

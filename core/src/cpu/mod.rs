@@ -8,6 +8,7 @@ mod edges;
 mod fog;
 mod frame;
 pub mod kernels;
+mod mapped;
 mod shade;
 mod trace;
 mod upsample;

@@ -1,0 +1,235 @@
+//! Airlight by one Gauss rule over the whole ray, in a variable that is smooth wherever the
+//! integrand β e^(−T(v,x)−T(x,s)) / d² is: any sum of media, any place of the light, isotropic.
+//!
+//! The variable mixes three maps of the ray, each of which spreads the nodes evenly over one cause
+//! of variation: the angle seen from the light (1/d² becomes constant), the medium that is seen and
+//! lit (error functions around its lumps), and plain distance. In the mixture the integrand is
+//! smooth, and a Gauss–Legendre rule converges exponentially with its nodes.
+//!
+//! β and both optical depths are exact at the nodes. Measured against
+//! [`reference`](mod@super::reference) the error is below 0.1 % at the median on smooth and patchy
+//! fog, and below 5 % next to the light. Fog that is thin against the distance between nodes, and
+//! does not overlap with other fog on the ray, is what it resolves worst.
+
+use super::ToLight;
+use crate::media::Field;
+use glam::DVec3;
+use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+use std::sync::LazyLock;
+
+/// Nodes of the rule.
+pub const NODES: usize = 40;
+/// Places along a ray where the medium is looked at before the nodes are placed.
+pub const PROBES: usize = 32;
+/// Share of the nodes that the light's map places.
+const LIGHT_SHARE: f64 = 0.45;
+/// Share of the nodes that lie evenly.
+const EVEN_SHARE: f64 = 0.1;
+/// Optical depth behind which nothing is seen: e⁻²⁴.
+pub const OPAQUE: f64 = 24.0;
+
+/// Gauss–Legendre abscissae and weights on [0, 1].
+pub fn gauss_legendre<const N: usize>() -> ([f64; N], [f64; N]) {
+    let (mut nodes, mut weights) = ([0.0; N], [0.0; N]);
+    let n = N as f64;
+    for i in 0..N {
+        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        // Newton from there converges to rounding in four steps.
+        for _ in 0..6 {
+            let (mut before, mut legendre) = (1.0, x);
+            for k in 2..=N {
+                let k = k as f64;
+                let next = ((2.0 * k - 1.0) * x * legendre - (k - 1.0) * before) / k;
+                (before, legendre) = (legendre, next);
+            }
+            slope = n * (x * legendre - before) / (x * x - 1.0);
+            x -= legendre / slope;
+        }
+        nodes[i] = 0.5 - 0.5 * x;
+        weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
+    }
+    (nodes, weights)
+}
+
+static GAUSS: LazyLock<([f64; NODES], [f64; NODES])> = LazyLock::new(gauss_legendre);
+
+/// Quadrature nodes along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// Ray parameters, ascending [m].
+    pub t: [f64; NODES],
+    /// Weights [m].
+    pub weight: [f64; NODES],
+}
+
+/// Fog that lies together on a ray.
+#[derive(Clone, Copy, Debug)]
+struct Lump {
+    mass: f64,
+    mean: f64,
+    variance: f64,
+}
+
+impl Lump {
+    fn join(self, other: Self) -> Self {
+        let mass = self.mass + other.mass;
+        if mass <= 0.0 {
+            return self;
+        }
+        let (p, q) = (self.mass / mass, other.mass / mass);
+        let apart = self.mean - other.mean;
+        Self {
+            mass,
+            mean: p * self.mean + q * other.mean,
+            variance: p * self.variance + q * other.variance + p * q * apart * apart,
+        }
+    }
+}
+
+/// The two neighbouring groups with the least variance within; one of them may be empty.
+fn group(cells: &[Lump; PROBES]) -> [Lump; 2] {
+    const NONE: Lump = Lump { mass: 0.0, mean: 0.0, variance: 0.0 };
+    let mut after = [NONE; PROBES + 1];
+    for i in (0..PROBES).rev() {
+        after[i] = cells[i].join(after[i + 1]);
+    }
+    let within = |lump: &Lump| lump.mass * lump.variance;
+    let mut best = [NONE, after[0]];
+    let mut before = NONE;
+    for i in 0..PROBES {
+        before = before.join(cells[i]);
+        if within(&before) + within(&after[i + 1]) < within(&best[0]) + within(&best[1]) {
+            best = [before, after[i + 1]];
+        }
+    }
+    best
+}
+
+/// One lump's share of the map: `weight` · erf((t − mean) · scale).
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    mean: f64,
+    scale: f64,
+    weight: f64,
+}
+
+/// The map t → q from a piece of a ray to [0, 1] in which the integrand is smooth.
+#[derive(Clone, Debug)]
+pub struct Map {
+    from: f64,
+    to: f64,
+    light: ToLight<f64>,
+    steps: Vec<Step>,
+    angle_weight: f64,
+    even_weight: f64,
+}
+
+/// The middles of [`PROBES`] equal parts of a piece of a ray.
+pub fn probes(from: f64, to: f64) -> [f64; PROBES] {
+    std::array::from_fn(|i| from + (to - from) * (i as f64 + 0.5) / PROBES as f64)
+}
+
+impl Map {
+    /// For a piece of a ray, given √(β e^(−T(v,x)−T(x,s))) at its [`probes`].
+    pub fn new(from: f64, to: f64, light: ToLight<f64>, seen: &[f64; PROBES]) -> Self {
+        let width = (to - from) / PROBES as f64;
+        let at = probes(from, to);
+        let cell = |i: usize| Lump { mass: seen[i], mean: at[i], variance: width * width / 6.0 };
+        let mut lumps = group(&std::array::from_fn(cell)).to_vec();
+        lumps.retain(|lump| lump.mass > 0.0);
+        let total: f64 = lumps.iter().map(|lump| lump.mass).sum();
+        let medium_share = 1.0 - LIGHT_SHARE - EVEN_SHARE;
+        let step = |lump: &Lump| {
+            let scale = 1.0 / (2.0 * lump.variance).sqrt();
+            let range = libm::erf((to - lump.mean) * scale) - libm::erf((from - lump.mean) * scale);
+            let weight = medium_share * lump.mass / total / range;
+            Step { mean: lump.mean, scale, weight }
+        };
+        let steps: Vec<_> = lumps.iter().map(step).collect();
+        let even_share = EVEN_SHARE + if steps.is_empty() { medium_share } else { 0.0 };
+        let angle = |t: f64| ((t - light.closest) / light.miss).atan();
+        Self {
+            from,
+            to,
+            light,
+            steps,
+            angle_weight: LIGHT_SHARE / (angle(to) - angle(from)).max(f64::MIN_POSITIVE),
+            even_weight: even_share / (to - from),
+        }
+    }
+
+    /// q(t), up to a constant, and dq/dt.
+    fn value(&self, t: f64) -> (f64, f64) {
+        let ToLight { closest, miss } = self.light;
+        let s = (t - closest) / miss;
+        let mut q = self.angle_weight * s.atan() + self.even_weight * t;
+        let mut slope = self.angle_weight / (miss * (1.0 + s * s)) + self.even_weight;
+        for Step { mean, scale, weight } in &self.steps {
+            let x = (t - mean) * scale;
+            q += weight * libm::erf(x);
+            slope += weight * scale * FRAC_2_SQRT_PI * (-x * x).exp();
+        }
+        (q, slope)
+    }
+
+    /// The Gauss–Legendre rule in q.
+    pub fn rule(&self) -> Rule {
+        let mut rule = Rule { t: [0.0; NODES], weight: [0.0; NODES] };
+        let start = self.value(self.from).0;
+        let mut low = self.from;
+        for j in 0..NODES {
+            let (t, slope) = self.solve(start + GAUSS.0[j], low);
+            rule.t[j] = t;
+            rule.weight[j] = GAUSS.1[j] / slope;
+            low = t;
+        }
+        rule
+    }
+
+    /// t with q(t) = `q`, and dq/dt there; bisection guards Newton's steps.
+    fn solve(&self, q: f64, mut low: f64) -> (f64, f64) {
+        let mut high = self.to;
+        let mut t = low;
+        let mut slope = 0.0;
+        for _ in 0..64 {
+            let value;
+            (value, slope) = self.value(t);
+            if value < q {
+                low = t;
+            } else {
+                high = t;
+            }
+            let newton = t - (value - q) / slope;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            // The weight belongs to t as it is; where t lies matters little.
+            if (next - t).abs() <= 1e-6 / slope {
+                break;
+            }
+            t = next;
+        }
+        (t, slope)
+    }
+}
+
+/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
+pub fn airlight(field: &Field, light: DVec3, origin: DVec3, direction: DVec3, length: f64) -> f64 {
+    let along = field.along(origin, direction, length);
+    let Some((from, to)) = along.span() else { return 0.0 };
+    let to = along.reaches(OPAQUE, from, to);
+    let to_light = ToLight::new((light - origin).into(), direction.into(), length);
+    let log_seen = |t: f64| {
+        let (beta, depth) = along.at(t);
+        beta.max(1e-300).ln() - depth - field.depth_nearby(light, origin + t * direction)
+    };
+    let seen = probes(from, to).map(|t| (0.5 * log_seen(t)).exp());
+    let Rule { t, weight } = Map::new(from, to, to_light, &seen).rule();
+    let sum: f64 = (0..NODES)
+        .map(|j| {
+            let aside = t[j] - to_light.closest;
+            let distance2 = aside * aside + to_light.miss * to_light.miss;
+            weight[j] * log_seen(t[j]).exp() / distance2
+        })
+        .sum();
+    sum / (4.0 * PI)
+}

@@ -1,0 +1,279 @@
+//! Fields along the eight rays that stand for a patch.
+
+use super::patch::Patch;
+use crate::cpu::batch::{Rays, SIZE};
+use crate::cpu::blobs::{BlobList, Packed, Purpose};
+use crate::cpu::frame::{Context, Lamp};
+use crate::cpu::kernels::add_depth;
+use crate::geometry::bundle::Bundle;
+use crate::media::along::ENDS;
+use crate::media::gaussians::HALF_SQRT_PI;
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::{Simd, dispatch};
+use glam::{Vec2, Vec3};
+
+/// Rays that stand for a patch: its corners and the middles of its sides.
+pub const CONTROL: usize = 8;
+/// Room for the widest registers.
+const PADDED: usize = 16;
+/// One number a control ray.
+pub type Each = [f32; PADDED];
+
+/// Corners of the square [−1, 1]² and middles of its sides, in the order of control rays.
+pub const PLACES: [[f32; 2]; CONTROL] = [
+    [-1.0, -1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+    [1.0, 1.0],
+    [0.0, -1.0],
+    [0.0, 1.0],
+    [-1.0, 0.0],
+    [1.0, 0.0],
+];
+
+/// A blob relative to the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Blob {
+    /// a · (centre − camera).
+    pub b: [f32; 3],
+    /// Scale a [1/m].
+    pub a: f32,
+    /// Half depth.
+    pub k: f32,
+}
+
+/// All blobs of a list.
+pub fn unpack(list: &BlobList) -> Vec<Blob> {
+    let packed = [&list.cut, &list.dense, &list.whole].into_iter().flatten();
+    let packed = packed.map(|Packed { b, a, k, .. }| Blob { b: *b, a: *a, k: *k });
+    let opaque = list.opaque.iter().map(|(_, seen)| Blob {
+        b: [seen.b.x as f32, seen.b.y as f32, seen.b.z as f32],
+        a: seen.a as f32,
+        k: seen.k as f32,
+    });
+    packed.chain(opaque).collect()
+}
+
+/// Eight rays, relative to the camera.
+#[derive(Clone, Debug)]
+pub struct Control {
+    direction: [Each; 3],
+    offset: [Each; 3],
+}
+
+/// What a ray meets at one ray parameter, for each control ray.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    /// ln β.
+    pub log_beta: Vec<Each>,
+    /// T from the camera.
+    pub depth: Vec<Each>,
+}
+
+impl Control {
+    /// The rays around a patch.
+    pub fn around(context: &Context, patch: &Patch) -> Self {
+        let (middle, half) = (patch.middle(), patch.half());
+        Self::new(context, |c| middle + half * Vec2::from(PLACES[c]))
+    }
+
+    /// Eight times the ray in the middle of a patch.
+    pub fn center(context: &Context, patch: &Patch) -> Self {
+        Self::new(context, |_| patch.middle())
+    }
+
+    fn new(context: &Context, place: impl Fn(usize) -> Vec2) -> Self {
+        let mut control = Self { direction: [[0.0; PADDED]; 3], offset: [[0.0; PADDED]; 3] };
+        for c in 0..PADDED {
+            let (offset, direction) = context.viewpoint.ray(place(c % CONTROL).as_dvec2());
+            for k in 0..3 {
+                control.direction[k][c] = direction[k] as f32;
+                control.offset[k][c] = offset[k] as f32;
+            }
+        }
+        control
+    }
+
+    /// A point of one of the rays, relative to the camera.
+    fn point(&self, c: usize, t: f32) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|k| self.direction[k][c].mul_add(t, self.offset[k][c])))
+    }
+
+    /// From where to where blobs are on the rays up to `length`; `None` if none is.
+    pub fn span(&self, blobs: &[Blob], length: f32) -> Option<(f32, f32)> {
+        let (mut from, mut to) = (f32::INFINITY, 0.0f32);
+        let ray = |c: usize, rows: &[Each; 3]| Vec3::new(rows[0][c], rows[1][c], rows[2][c]);
+        for blob in blobs {
+            let reach = ENDS as f32 / blob.a;
+            for c in 0..4 {
+                let b = Vec3::from(blob.b) / blob.a - ray(c, &self.offset);
+                let along = b.dot(ray(c, &self.direction));
+                (from, to) = (from.min(along - reach), to.max(along + reach));
+            }
+        }
+        let (from, to) = (from.max(0.0), to.min(length));
+        (from < to).then_some((from, to))
+    }
+
+    /// β and T at ray parameters `t`, ascending from row to row.
+    pub fn profile(&self, context: &Context, blobs: &[Blob], t: &[Each]) -> Profile {
+        let zero = vec![[0.0; PADDED]; t.len()];
+        let mut profile = Profile { log_beta: zero.clone(), depth: zero };
+        let beta = context.field.homogeneous.beta as f32;
+        let parallel = context.viewpoint.parallel;
+        dispatch!(context.level, simd => if parallel {
+            fill::<_, true>(simd, self, blobs, beta, t, &mut profile);
+        } else {
+            fill::<_, false>(simd, self, blobs, beta, t, &mut profile);
+        });
+        profile
+    }
+
+    /// T(x, s)/d at ray parameters `t`: the mean extinction towards a light.
+    pub fn toward_light(&self, context: &Context, lamp: &Lamp, t: &[Each]) -> Vec<Each> {
+        /// Rows that share a list of blobs.
+        const ROWS: usize = 8;
+        let mut mean = Vec::with_capacity(t.len());
+        for rows in t.chunks(ROWS) {
+            self.add_toward_light(context, lamp, rows, &mut mean);
+        }
+        mean
+    }
+
+    fn add_toward_light(
+        &self,
+        context: &Context,
+        lamp: &Lamp,
+        rows: &[Each],
+        mean: &mut Vec<Each>,
+    ) {
+        let light = lamp.from_camera.as_vec3();
+        let (mut paths, mut length) = (Rays::empty(), [0.0f32; SIZE]);
+        paths.count = rows.len() * CONTROL;
+        for (row, t) in rows.iter().enumerate() {
+            for c in 0..CONTROL {
+                let way = self.point(c, t[c]) - light;
+                let at = row * CONTROL + c;
+                length[at] = way.length().max(f32::MIN_POSITIVE);
+                let direction = way / length[at];
+                (0..3).for_each(|k| paths.direction[k][at] = direction[k]);
+            }
+        }
+        let mut depth = [0.0; SIZE];
+        if !context.field.blobs.is_empty() {
+            let list = between(context, lamp, &paths, &length);
+            dispatch!(context.level, simd => {
+                add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
+            });
+        }
+        let beta = context.field.homogeneous.beta as f32;
+        for row in 0..rows.len() {
+            let at = |c: usize| row * CONTROL + c % CONTROL;
+            mean.push(std::array::from_fn(|c| beta + depth[at(c)] / length[at(c)]));
+        }
+    }
+}
+
+/// The blobs between a light and the ends of paths from it.
+fn between(context: &Context, lamp: &Lamp, paths: &Rays, length: &[f32; SIZE]) -> BlobList {
+    let end = |at: usize| {
+        let [x, y, z] = paths.direction.each_ref().map(|row| row[at]);
+        Vec3::new(x, y, z) * length[at]
+    };
+    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut shortest = f32::INFINITY;
+    for at in 0..paths.count {
+        let point = end(at);
+        (min, max, shortest) = (min.min(point), max.max(point), shortest.min(length[at]));
+    }
+    let middle = 0.5 * (min + max);
+    let ends = (0..paths.count).map(|at| end(at).distance_squared(middle));
+    let radius = f64::from(ends.fold(0.0, f32::max).sqrt()) * 1.000_001;
+    let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
+    let all = || Bundle::all_around(origin, origin.distance(center) + radius);
+    let cone = Bundle::toward_ball(origin, center, radius);
+    let shortest = if cone.is_some() { f64::from(shortest) } else { 0.0 };
+    let bundle = cone.unwrap_or_else(all);
+    let mut near = Vec::new();
+    context.field.picture_tree().visit(&bundle, |place| near.push(place));
+    BlobList::new(context.field, &bundle, shortest, Purpose::Depth, near.into_iter())
+}
+
+/// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
+/// is added once, to the first row there, and carried on at the end.
+#[inline(always)]
+fn fill<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    control: &Control,
+    blobs: &[Blob],
+    beta: f32,
+    t: &[Each],
+    out: &mut Profile,
+) {
+    let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
+    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(row)).collect();
+    for at in (0..CONTROL).step_by(Lanes::<S>::COUNT) {
+        let direction = load(simd, &control.direction, at);
+        let offset = load(simd, &control.offset, at);
+        for blob in blobs {
+            let a = Lanes::splat(simd, blob.a);
+            let [x, y, z] = blob.b;
+            let center =
+                V3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z));
+            let center = if PARALLEL { center - offset.scale(a) } else { center };
+            let middle = center.dot(direction);
+            let peak = (-center.cross(direction).length_squared()).exp();
+            let density = peak * Lanes::splat(simd, blob.k);
+            let core = density * Lanes::splat(simd, blob.a / HALF_SQRT_PI as f32);
+            let (first, last) = span(simd, middle, blob.a);
+            let begin = ends.partition_point(|end| end.1 < first);
+            let end = begin + ends[begin..].partition_point(|end| end.0 <= last);
+            for j in begin..end {
+                let s = a.mul_add(Lanes::load(simd, &t[j][at..]), -middle);
+                let gathered = density * Num::erf_difference(-middle, s);
+                add(simd, gathered, &mut out.depth[j], at);
+                add(simd, core * (-s.squared()).exp(), &mut out.log_beta[j], at);
+            }
+            let whole = density * Num::erf_difference(-middle, a.lit(1e4));
+            add(simd, whole, &mut behind[end], at);
+        }
+        let mut sum = Lanes::splat(simd, 0.0);
+        let beta = Lanes::splat(simd, beta);
+        for j in 0..t.len() {
+            sum += Lanes::load(simd, &behind[j][at..]);
+            let own = Lanes::load(simd, &out.depth[j][at..]) + sum;
+            beta.mul_add(Lanes::load(simd, &t[j][at..]), own).store(&mut out.depth[j][at..]);
+            let sum = Lanes::load(simd, &out.log_beta[j][at..]) + beta;
+            sum.max(beta.lit(1e-30)).ln().store(&mut out.log_beta[j][at..]);
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, rows: &[Each; 3], at: usize) -> V3<Lanes<S>> {
+    let [x, y, z] = rows;
+    V3::new(Lanes::load(simd, &x[at..]), Lanes::load(simd, &y[at..]), Lanes::load(simd, &z[at..]))
+}
+
+#[inline(always)]
+fn add<S: Simd>(simd: S, value: Lanes<S>, row: &mut Each, at: usize) {
+    (value + Lanes::load(simd, &row[at..])).store(&mut row[at..]);
+}
+
+/// Between which ray parameters a blob is, given its closest point in units of its radius.
+#[inline(always)]
+fn span<S: Simd>(_simd: S, middle: Lanes<S>, a: f32) -> (f32, f32) {
+    let mut each = [0.0; PADDED];
+    middle.store(&mut each);
+    let (mut low, mut high) = (each[0], each[0]);
+    for value in &each[1..Lanes::<S>::COUNT] {
+        low = low.min(*value);
+        high = high.max(*value);
+    }
+    ((low - ENDS as f32) / a, (high + ENDS as f32) / a)
+}
+
+fn bounds(row: &Each) -> (f32, f32) {
+    row[..CONTROL].iter().fold((f32::INFINITY, 0.0), |(low, high), t| (low.min(*t), high.max(*t)))
+}

@@ -1,0 +1,140 @@
+//! Patches of the picture over which fields are interpolated.
+
+use super::control::Blob;
+use crate::cpu::batch::{Rays, Row, SIZE, get3};
+use crate::cpu::frame::{Context, Lamp};
+use glam::{DVec2, Vec2, Vec3};
+
+/// A patch is at most this share of its distance from a light's image.
+const NEAR: f32 = 0.4;
+/// A patch of blobs is split while quadratics may be off by this much in optical depth.
+const ROUGH: f32 = 2e-3;
+/// No patch is split below this [px].
+const SMALLEST: f32 = 1.0;
+
+/// Where rays pass through the picture [px].
+pub struct Places {
+    pub x: Row,
+    pub y: Row,
+}
+
+impl Places {
+    /// Of a batch's rays.
+    pub fn new(context: &Context, rays: &Rays) -> Self {
+        let viewpoint = &context.viewpoint;
+        let (across, down) = viewpoint.picture_axes();
+        let forward = viewpoint.forward.as_vec3();
+        let half = 0.5 * viewpoint.size().as_vec2();
+        let mut places = Self { x: [0.0; SIZE], y: [0.0; SIZE] };
+        for at in 0..rays.count {
+            let point = if viewpoint.parallel {
+                get3(&rays.offset, at)
+            } else {
+                let direction = get3(&rays.direction, at);
+                direction / direction.dot(forward)
+            };
+            places.x[at] = (point.dot(across) + 1.0) * half.x;
+            places.y[at] = (point.dot(down) + 1.0) * half.y;
+        }
+        places
+    }
+
+    fn get(&self, at: u16) -> Vec2 {
+        Vec2::new(self.x[usize::from(at)], self.y[usize::from(at)])
+    }
+}
+
+/// Some rays of a batch and the rectangle of the picture that they pass through.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    /// Places in the batch.
+    pub members: Vec<u16>,
+    /// Upper left corner [px].
+    pub min: Vec2,
+    /// Lower right corner [px].
+    pub max: Vec2,
+}
+
+impl Patch {
+    /// The first `count` rays of a batch.
+    pub fn whole(count: usize, places: &Places) -> Self {
+        Self::new((0..count as u16).collect(), places)
+    }
+
+    fn new(members: Vec<u16>, places: &Places) -> Self {
+        let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for at in &members {
+            let place = places.get(*at);
+            (min, max) = (min.min(place), max.max(place));
+        }
+        Self { members, min, max }
+    }
+
+    /// The longer side [px].
+    fn size(&self) -> f32 {
+        (self.max - self.min).max_element()
+    }
+
+    /// Its middle [px].
+    pub fn middle(&self) -> Vec2 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Half its sides, never quite nothing [px].
+    pub fn half(&self) -> Vec2 {
+        (0.5 * (self.max - self.min)).max(Vec2::splat(0.25))
+    }
+
+    fn quarters(&self, places: &Places) -> Vec<Self> {
+        let middle = self.middle();
+        let mut parts: [Vec<u16>; 4] = Default::default();
+        for at in &self.members {
+            let place = places.get(*at);
+            parts[usize::from(place.x > middle.x) + 2 * usize::from(place.y > middle.y)].push(*at);
+        }
+        let filled = parts.into_iter().filter(|part| !part.is_empty());
+        filled.map(|part| Self::new(part, places)).collect()
+    }
+}
+
+/// Parts of a patch over which one set of nodes and quadratics do not suffice for a light.
+pub fn split(
+    context: &Context,
+    lamp: &Lamp,
+    blobs: &[Blob],
+    places: &Places,
+    patch: &Patch,
+) -> Option<Vec<Patch>> {
+    let size = patch.size();
+    if size <= SMALLEST {
+        return None;
+    }
+    let near = near_image(context, lamp, patch) || is_rough(context, blobs, patch);
+    near.then(|| patch.quarters(places))
+}
+
+fn near_image(context: &Context, lamp: &Lamp, patch: &Patch) -> bool {
+    let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
+    image.is_some_and(|image| patch.size() > NEAR * patch.middle().distance(image))
+}
+
+/// Whether blobs are so small in the picture that quadratics miss their shape.
+fn is_rough(context: &Context, blobs: &[Blob], patch: &Patch) -> bool {
+    let (middle, half) = (patch.middle(), patch.half());
+    let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
+    let (rim_offset, rim) = context.viewpoint.ray((middle + half).as_dvec2());
+    let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
+    // Half the patch's diagonal: per metre of distance, else in metres.
+    let (spread, width) =
+        ((rim - axis.as_dvec3()).length() as f32, (rim_offset - offset.as_dvec3()).length() as f32);
+    let mut error = 0.0;
+    for blob in blobs {
+        let b = Vec3::from(blob.b) - offset * blob.a;
+        let along = b.dot(axis);
+        let half = (along.abs() * spread + width * blob.a).min(4.0);
+        let miss = (b.cross(axis).length() - half).max(0.0);
+        // The third derivative of a Gaussian, met over half a patch.
+        error += 0.25 * blob.k * half * half * half * (-miss * miss).exp();
+    }
+    error > ROUGH
+}

@@ -1,0 +1,216 @@
+//! What every pixel of a patch does itself: interpolates the fields, and sums the rule with its own
+//! distance from the light.
+
+use super::control::{CONTROL, Each, PLACES};
+use crate::airlight::ToLight;
+use crate::airlight::mapped::{NODES, gauss_legendre};
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::Simd;
+use std::sync::LazyLock;
+
+/// A field on a patch: coefficients of quadratics, those that the eight rays' values determine.
+pub type Surface = [f32; CONTROL];
+
+/// Nodes of a tail, and terms of the polynomials along it.
+pub const TAIL: usize = 4;
+
+/// What lies before the first end of a layer's rays: one entry a node.
+pub struct Head {
+    /// Ray parameters [m].
+    pub t: [f32; NODES],
+    /// ln(w β) − T, w the node's weight over 4π.
+    pub log: [Surface; NODES],
+    /// Its largest value on the eight rays: quadratics may overshoot.
+    pub most: [f32; NODES],
+    /// T(x, s)/d [1/m].
+    pub mean: [Surface; NODES],
+}
+
+/// What lies between the first and the last end: polynomials in (t − from)/range.
+pub struct Tail {
+    /// Where it begins [m].
+    pub from: f32,
+    /// How long it is [m].
+    pub range: f32,
+    /// ln(β/4π) − T.
+    pub log: [Surface; TAIL],
+    /// Its largest value.
+    pub most: f32,
+    /// T(x, s)/d [1/m].
+    pub mean: [Surface; TAIL],
+}
+
+/// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
+pub fn surface(values: &Each) -> Surface {
+    let [a, b, c, d, top, bottom, left, right] = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| values[i]);
+    debug_assert_eq!(PLACES.len(), CONTROL);
+    // Half sums and differences along the sides.
+    let (upper, lower) = (0.5 * (a + b), 0.5 * (c + d));
+    let (upper_x, lower_x) = (0.5 * (b - a), 0.5 * (d - c));
+    let (upper_xx, lower_xx) = (upper - top, lower - bottom);
+    let (left_yy, right_yy) = (0.5 * (a + c) - left, 0.5 * (b + d) - right);
+    let xx = 0.5 * (upper_xx + lower_xx);
+    let xxy = 0.5 * (lower_xx - upper_xx);
+    let yy = 0.5 * (left_yy + right_yy);
+    let xyy = 0.5 * (right_yy - left_yy);
+    let one = 0.5 * (top + bottom) - yy;
+    let x = 0.5 * (right - left);
+    let y = 0.5 * (bottom - top);
+    let xy = 0.5 * (lower_x - upper_x);
+    [one, x, y, xx, xy, yy, xxy, xyy]
+}
+
+/// The terms of a [`Surface`] at a pixel.
+#[derive(Clone, Copy)]
+pub struct Terms<S: Simd> {
+    x: Lanes<S>,
+    y: Lanes<S>,
+    xx: Lanes<S>,
+    xy: Lanes<S>,
+    yy: Lanes<S>,
+    xxy: Lanes<S>,
+    xyy: Lanes<S>,
+}
+
+impl<S: Simd> Terms<S> {
+    /// At a place of the square [−1, 1]².
+    #[inline(always)]
+    pub fn new(x: Lanes<S>, y: Lanes<S>) -> Self {
+        let (xx, xy, yy) = (x * x, x * y, y * y);
+        Self { x, y, xx, xy, yy, xxy: xx * y, xyy: x * yy }
+    }
+
+    #[inline(always)]
+    fn value(&self, simd: S, field: &Surface) -> Lanes<S> {
+        let even = self.xx.mul_add(Lanes::splat(simd, field[3]), Lanes::splat(simd, field[0]));
+        let even = self.yy.mul_add(Lanes::splat(simd, field[5]), even);
+        let even = self.xy.mul_add(Lanes::splat(simd, field[4]), even);
+        let odd = self.x * Lanes::splat(simd, field[1]);
+        let odd = self.y.mul_add(Lanes::splat(simd, field[2]), odd);
+        let odd = self.xxy.mul_add(Lanes::splat(simd, field[6]), odd);
+        let odd = self.xyy.mul_add(Lanes::splat(simd, field[7]), odd);
+        even + odd
+    }
+}
+
+/// A light relative to rays in lanes.
+pub struct Light<S: Simd> {
+    closest: Lanes<S>,
+    miss2: Lanes<S>,
+}
+
+impl<S: Simd> Light<S> {
+    /// From the light's place relative to the rays' starts, their directions and lengths.
+    #[inline(always)]
+    pub fn new(light: V3<Lanes<S>>, direction: V3<Lanes<S>>, length: Lanes<S>) -> Self {
+        let ToLight { closest, miss } = ToLight::new(light, direction, length);
+        Self { closest, miss2: miss.squared() }
+    }
+
+    /// e^(log − mean · d)/d² at distance `aside` from the closest point.
+    #[inline(always)]
+    fn scattered(&self, aside: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
+        let zero = aside.lit(0.0);
+        let distance2 = aside.mul_add(aside, self.miss2);
+        let exponent = log - mean.max(zero) * distance2.sqrt();
+        exponent.exp() / distance2
+    }
+}
+
+/// Airlight of a head per unit of ω·I₀.
+#[inline(always)]
+pub fn head<S: Simd>(simd: S, head: &Head, terms: &Terms<S>, light: &Light<S>) -> Lanes<S> {
+    let mut sum = Lanes::splat(simd, 0.0);
+    for j in 0..NODES {
+        let aside = Lanes::splat(simd, head.t[j]) - light.closest;
+        let log = terms.value(simd, &head.log[j]).min(Lanes::splat(simd, head.most[j]));
+        let mean = terms.value(simd, &head.mean[j]);
+        sum += light.scattered(aside, log, mean);
+    }
+    sum
+}
+
+/// A field of a tail at the pixels: a cubic along the ray.
+struct Cubic<S: Simd>(Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>);
+
+impl<S: Simd> Cubic<S> {
+    #[inline(always)]
+    fn new(simd: S, terms: &Terms<S>, field: &[Surface; TAIL]) -> Self {
+        Self(
+            terms.value(simd, &field[0]),
+            terms.value(simd, &field[1]),
+            terms.value(simd, &field[2]),
+            terms.value(simd, &field[3]),
+        )
+    }
+
+    #[inline(always)]
+    fn at(&self, x: Lanes<S>) -> Lanes<S> {
+        x.mul_add(x.mul_add(x.mul_add(self.3, self.2), self.1), self.0)
+    }
+}
+
+/// Airlight of a tail per unit of ω·I₀, for rays of their own `length`.
+#[inline(always)]
+pub fn tail<S: Simd>(
+    simd: S,
+    tail: &Tail,
+    terms: &Terms<S>,
+    light: &Light<S>,
+    length: Lanes<S>,
+) -> Lanes<S> {
+    let zero = length.lit(0.0);
+    let log = Cubic::new(simd, terms, &tail.log);
+    let mean = Cubic::new(simd, terms, &tail.mean);
+    let start = Lanes::splat(simd, tail.from) - light.closest;
+    let end = (length - light.closest).max(start);
+    let turn = zero.max(start).min(end);
+    let mut sum = zero;
+    // Apart at the closest point, either piece spans less than a right angle from the light.
+    for (from, to) in [(start, turn), (turn, end)] {
+        if !Lanes::<S>::any(from.lt(to)) {
+            continue;
+        }
+        sum += piece(simd, tail, &log, &mean, light, from, to);
+    }
+    sum
+}
+
+/// A short Gauss rule in the chord between the ends' directions from the light, nearly their angle:
+/// 1/d² is almost constant in it.
+#[inline(always)]
+fn piece<S: Simd>(
+    simd: S,
+    tail: &Tail,
+    log: &Cubic<S>,
+    mean: &Cubic<S>,
+    light: &Light<S>,
+    from: Lanes<S>,
+    to: Lanes<S>,
+) -> Lanes<S> {
+    let one = from.lit(1.0);
+    let near = from.mul_add(from, light.miss2).sqrt();
+    let far = to.mul_add(to, light.miss2).sqrt();
+    let range = (to - from) * near * far;
+    let begin = Lanes::splat(simd, tail.from) - light.closest;
+    let scale = Lanes::splat(simd, 1.0 / tail.range);
+    let most = Lanes::splat(simd, tail.most);
+    let mut sum = from.lit(0.0);
+    for i in 0..TAIL {
+        let (x, weight) = (Lanes::splat(simd, SHORT.0[i]), Lanes::splat(simd, SHORT.1[i]));
+        let rest = one - x;
+        let inverse = one / rest.mul_add(far, x * near);
+        let aside = rest.mul_add(from * far, x * to * near) * inverse;
+        let at = (aside - begin) * scale;
+        let value = light.scattered(aside, log.at(at).min(most), mean.at(at));
+        sum += weight * range * inverse.squared() * value;
+    }
+    sum
+}
+
+/// Gauss–Legendre abscissae and weights of a tail.
+static SHORT: LazyLock<([f32; TAIL], [f32; TAIL])> = LazyLock::new(|| {
+    let (nodes, weights) = gauss_legendre::<TAIL>();
+    (nodes.map(|x| x as f32), weights.map(|w| w as f32))
+});

@@ -1,0 +1,200 @@
+//! Ten scenes chosen to break an airlight estimator, and the exact scenes that may lie beside the
+//! project.
+
+use crate::scenes::Random;
+use crate::truth;
+use fogbank_core::presets;
+use serde_json::{Value, json};
+
+/// A scene with the name under which its errors are listed.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// A word for tables.
+    pub name: String,
+    /// What is hard about it.
+    pub title: String,
+    /// The scene.
+    pub scene: Value,
+}
+
+impl Trial {
+    fn new(name: &str, title: &str, scene: Value) -> Self {
+        Self { name: name.into(), title: title.into(), scene }
+    }
+}
+
+/// The eleven scenes with exact rays, where they lie beside the project.
+pub fn exact() -> Vec<Trial> {
+    let file = truth("scenes.json");
+    let scenes = file.as_ref().and_then(|file| file["scenes"].as_array());
+    let trial = |entry: &Value| {
+        let text = |key: &str| entry[key].as_str().unwrap_or_default().to_owned();
+        Trial { name: text("name"), title: text("title"), scene: entry["scene"].clone() }
+    };
+    scenes.into_iter().flatten().map(trial).collect()
+}
+
+/// The ten scenes.
+pub fn hard() -> Vec<Trial> {
+    vec![
+        two_clouds(),
+        thin_sheet(),
+        opaque_blob(),
+        three_lamps(),
+        tiny_blobs(),
+        lamp_at_a_wall(),
+        glow("forward", 0.8),
+        glow("backward", -0.8),
+        inside_a_dense_blob(),
+        preset("city-353", "a city street at night"),
+        preset("room-3008", "3 008 blobs around the camera"),
+    ]
+}
+
+fn preset(name: &str, title: &str) -> Trial {
+    let found = presets::all().into_iter().find(|preset| preset.name == name);
+    let scene = found.map(|preset| serde_json::to_value(preset.scene).unwrap_or_default());
+    Trial::new(name, title, scene.unwrap_or_default())
+}
+
+fn camera(position: [f64; 3], target: [f64; 3]) -> Value {
+    json!({ "position": position, "target": target,
+        "projection": { "kind": "perspective", "vertical_fov_deg": 50 } })
+}
+
+fn lamp(position: [f64; 3], intensity: [f64; 3]) -> Value {
+    json!({ "kind": "point", "position": position, "intensity": intensity })
+}
+
+fn haze(extinction: f64) -> Value {
+    json!({ "kind": "homogeneous", "extinction": extinction })
+}
+
+fn cloud(random: &mut Random, count: usize, center: [f64; 3], half: f64, look: [f64; 4]) -> Value {
+    let [small, large, thin, dense] = look;
+    let blobs: Vec<_> = (0..count)
+        .map(|_| {
+            let offset = random.point(half).to_array();
+            let center = [0, 1, 2].map(|i| center[i] + offset[i]);
+            json!({ "center": center, "radius": random.decades(small, large),
+                "extinction": random.decades(thin, dense) })
+        })
+        .collect();
+    json!({ "kind": "gaussians", "blobs": blobs })
+}
+
+fn floor() -> Value {
+    json!({ "shape": { "kind": "plane", "point": [0, -1, 0], "normal": [0, 1, 0] } })
+}
+
+/// Two small clouds far apart on every ray, the lamp between them.
+fn two_clouds() -> Trial {
+    let mut random = Random(21);
+    let near = cloud(&mut random, 12, [0.0, 0.0, 4.0], 0.5, [0.3, 0.6, 0.2, 0.8]);
+    let far = cloud(&mut random, 12, [0.0, 0.0, -12.0], 1.5, [0.5, 1.2, 0.2, 0.8]);
+    Trial::new(
+        "two-clouds",
+        "two clouds with clear air between, the lamp in the gap",
+        json!({ "camera": camera([0.0, 0.3, 8.0], [0.0, 0.0, -4.0]),
+            "lights": [lamp([0.6, 0.8, -3.0], [10.0, 10.0, 10.0])],
+            "fog": { "terms": [near, far] }, "far_m": 60 }),
+    )
+}
+
+/// A sheet of flat fog, many times thinner than the distance to it.
+fn thin_sheet() -> Trial {
+    let mut random = Random(22);
+    let blobs: Vec<_> = (0..400)
+        .map(|i| {
+            let (x, z) = (f64::from(i % 20) - 9.5, f64::from(i / 20) - 9.5);
+            json!({ "center": [x + random.between(-0.2, 0.2), 0.0, z + random.between(-0.2, 0.2)],
+                "radius": 0.6, "extinction": random.between(0.3, 0.6) })
+        })
+        .collect();
+    Trial::new(
+        "thin-sheet",
+        "a sheet of fog above a floor, seen at a low angle",
+        json!({ "camera": camera([0.0, 1.6, 14.0], [0.0, 0.0, 0.0]), "surfaces": [floor()],
+            "lights": [lamp([1.0, 1.2, 2.0], [20.0, 18.0, 15.0])],
+            "fog": { "terms": [{ "kind": "gaussians", "blobs": blobs }] }, "far_m": 60 }),
+    )
+}
+
+/// One blob that nothing passes.
+fn opaque_blob() -> Trial {
+    Trial::new(
+        "opaque-blob",
+        "one blob of optical depth 35 in thin haze, lit from the side",
+        json!({ "camera": camera([0.0, 0.0, 8.0], [0.0, 0.0, 0.0]),
+            "lights": [lamp([2.5, 1.5, 1.5], [10.0, 10.0, 10.0])],
+            "fog": { "terms": [haze(0.01), { "kind": "gaussians", "blobs": [
+                { "center": [0, 0, 0], "radius": 1, "extinction": 20 }] }] }, "far_m": 30 }),
+    )
+}
+
+/// Three lamps of different colours and distances, all in view.
+fn three_lamps() -> Trial {
+    let mut random = Random(24);
+    Trial::new(
+        "three-lamps",
+        "three coloured lamps in patchy fog, one inside a blob",
+        json!({ "camera": camera([0.0, 1.0, 9.0], [0.0, 0.0, 0.0]), "surfaces": [floor()],
+            "lights": [lamp([-2.0, 0.4, 1.0], [10.0, 1.0, 0.5]), lamp([1.5, 1.2, -1.0], [0.5, 8.0, 1.0]),
+                lamp([0.4, 0.2, 3.0], [0.4, 1.0, 9.0])],
+            "fog": { "terms": [haze(0.02), cloud(&mut random, 60, [0.0, 0.3, 0.0], 3.0, [0.4, 1.2, 0.05, 0.5])] },
+            "far_m": 40 }),
+    )
+}
+
+/// Blobs a few pixels wide.
+fn tiny_blobs() -> Trial {
+    let mut random = Random(25);
+    Trial::new(
+        "tiny-blobs",
+        "1 000 blobs a few pixels wide in thin haze",
+        json!({ "camera": camera([0.0, 0.0, 8.0], [0.0, 0.0, 0.0]),
+            "lights": [lamp([1.5, 1.0, 1.0], [10.0, 10.0, 10.0])],
+            "fog": { "terms": [haze(0.01), cloud(&mut random, 1000, [0.0; 3], 3.0, [0.03, 0.08, 0.5, 3.0])] },
+            "far_m": 30 }),
+    )
+}
+
+/// A lamp 1 cm from the wall that ends the rays.
+fn lamp_at_a_wall() -> Trial {
+    let mut random = Random(26);
+    Trial::new(
+        "lamp-at-wall",
+        "a lamp 1 cm from a wall",
+        json!({ "camera": camera([0.0, 0.5, 6.0], [0.0, 0.3, 0.0]),
+            "surfaces": [{ "shape": { "kind": "plane", "point": [0, 0, -1], "normal": [0, 0, 1] } }, floor()],
+            "lights": [lamp([0.5, 0.6, -0.99], [5.0, 4.0, 3.0])],
+            "fog": { "terms": [haze(0.05), cloud(&mut random, 20, [0.0, 0.5, 1.0], 2.0, [0.5, 1.5, 0.05, 0.3])] } }),
+    )
+}
+
+/// Scattering in a narrow cone.
+fn glow(name: &str, g: f64) -> Trial {
+    let mut random = Random(27);
+    Trial::new(
+        &format!("hg-{name}"),
+        &format!("Henyey–Greenstein scattering, g = {g}, lamp and fog before the camera"),
+        json!({ "camera": camera([0.0, 1.0, 9.0], [0.0, 0.5, 0.0]), "surfaces": [floor()],
+            "lights": [lamp([0.5, 1.2, -2.0], [10.0, 9.0, 8.0])],
+            "fog": { "phase": { "kind": "henyey_greenstein", "g": g },
+                "terms": [haze(0.03), cloud(&mut random, 40, [0.0, 0.5, 0.0], 4.0, [0.6, 1.6, 0.05, 0.4])] },
+            "far_m": 60 }),
+    )
+}
+
+/// The camera deep inside a dense blob.
+fn inside_a_dense_blob() -> Trial {
+    Trial::new(
+        "inside-dense",
+        "the camera inside a blob of optical depth 11, the lamp outside",
+        json!({ "camera": camera([0.3, 0.2, 0.5], [0.0, 0.0, -3.0]),
+            "lights": [lamp([0.5, 0.8, -3.0], [50.0, 50.0, 50.0])],
+            "fog": { "terms": [haze(0.01), { "kind": "gaussians", "blobs": [
+                { "center": [0, 0, 0], "radius": 1.5, "extinction": 4 },
+                { "center": [0.5, 0, -3], "radius": 1, "extinction": 0.5 }] }] }, "far_m": 30 }),
+    )
+}
