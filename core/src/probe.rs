@@ -122,7 +122,9 @@ impl<'a> Prober<'a> {
                     let side = &sides[place];
                     fogshop2007::airlight(self.field, side, at, origin, direction, length)
                 }),
-                Method::Mapped => mapped::airlight(self.field, phase, at, origin, direction, length),
+                Method::Mapped => {
+                    mapped::airlight(self.field, phase, at, origin, direction, length)
+                }
                 Method::Reference => {
                     reference::airlight(self.field, phase, at, origin, direction, length)
                 }

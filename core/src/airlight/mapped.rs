@@ -12,7 +12,9 @@
 //! does not overlap with other fog on the ray, is what it resolves worst.
 
 use super::ToLight;
+use super::path::Path;
 use crate::media::Field;
+use crate::phase::Phase;
 use glam::DVec3;
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 use std::sync::LazyLock;
@@ -131,7 +133,7 @@ pub fn probes(from: f64, to: f64) -> [f64; PROBES] {
 }
 
 impl Map {
-    /// For a piece of a ray, given √(β e^(−T(v,x)−T(x,s))) at its [`probes`].
+    /// For a piece of a ray, given √(k(α) β e^(−T(v,x)−T(x,s))) up to a factor at its [`probes`].
     pub fn new(from: f64, to: f64, light: ToLight<f64>, seen: &[f64; PROBES]) -> Self {
         let width = (to - from) / PROBES as f64;
         let at = probes(from, to);
@@ -213,23 +215,27 @@ impl Map {
 }
 
 /// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
-pub fn airlight(field: &Field, light: DVec3, origin: DVec3, direction: DVec3, length: f64) -> f64 {
-    let along = field.along(origin, direction, length);
-    let Some((from, to)) = along.span() else { return 0.0 };
-    let to = along.reaches(OPAQUE, from, to);
-    let to_light = ToLight::new((light - origin).into(), direction.into(), length);
-    let log_seen = |t: f64| {
-        let (beta, depth) = along.at(t);
-        beta.max(1e-300).ln() - depth - field.depth_nearby(light, origin + t * direction)
+pub fn airlight(
+    field: &Field,
+    phase: Phase,
+    light: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+    length: f64,
+) -> f64 {
+    let path = Path::new(field, light, origin, direction, length);
+    let Some((from, to)) = path.span(length) else { return 0.0 };
+    let to = path.reaches(OPAQUE, from, to);
+    let seen = |t: f64| {
+        let lit = path.lit(t);
+        let through = (-path.depth(t) - lit.depth).exp();
+        (path.extinction(t) * phase.value(lit.cos) * through, lit.distance)
     };
-    let seen = probes(from, to).map(|t| (0.5 * log_seen(t)).exp());
-    let Rule { t, weight } = Map::new(from, to, to_light, &seen).rule();
-    let sum: f64 = (0..NODES)
-        .map(|j| {
-            let aside = t[j] - to_light.closest;
-            let distance2 = aside * aside + to_light.miss * to_light.miss;
-            weight[j] * log_seen(t[j]).exp() / distance2
-        })
-        .sum();
-    sum / (4.0 * PI)
+    let monitor = probes(from, to).map(|t| seen(t).0.sqrt());
+    let Rule { t, weight } = Map::new(from, to, path.to_light, &monitor).rule();
+    let node = |j: usize| {
+        let (value, distance) = seen(t[j]);
+        weight[j] * value / (distance * distance)
+    };
+    (0..NODES).map(node).sum()
 }

@@ -10,6 +10,8 @@ mod path;
 pub mod reference;
 pub mod sun2005;
 
+pub use path::ENDS;
+
 use crate::media::Field;
 use crate::num::Num;
 use crate::phase::Phase;

@@ -6,6 +6,9 @@ use crate::media::gaussians::Gaussian;
 use crate::media::{Field, toward};
 use glam::DVec3;
 
+/// Radii from its middle on a ray at which a blob has ended there: exp(−4²) is 1e-7.
+pub const ENDS: f64 = 4.0;
+
 /// A blob that the view ray meets.
 struct Met {
     /// Scale a [1/m].
@@ -92,6 +95,35 @@ impl Path {
         let blobs = blobs.map(|blob| blob.optical_depth_if_near(self.light, direction, length));
         let depth = self.beta * distance + blobs.sum::<f64>();
         Lit { distance, cos: ahead / distance, depth }
+    }
+
+    /// From where to where there is fog up to `length` [m]; `None` if there is none.
+    pub fn span(&self, length: f64) -> Option<(f64, f64)> {
+        if self.beta > 0.0 {
+            return (length > 0.0).then_some((0.0, length));
+        }
+        let from = self.met.iter().map(|met| met.at - ENDS / met.a).fold(f64::INFINITY, f64::min);
+        let to = self.met.iter().map(|met| met.at + ENDS / met.a).fold(0.0, f64::max);
+        let (from, to) = (from.max(0.0), to.min(length));
+        (from < to).then_some((from, to))
+    }
+
+    /// Where T reaches `opaque` between two ray parameters, else the second one [m].
+    pub fn reaches(&self, opaque: f64, from: f64, to: f64) -> f64 {
+        let (mut low, mut high) = (from, to);
+        if self.depth(to) <= opaque {
+            return to;
+        }
+        // To a thousandth of itself is near enough for an end that nothing is seen of.
+        while high - low > 1e-3 * (high - from) && high - low > 1e-12 * high {
+            let middle = 0.5 * (low + high);
+            if self.depth(middle) > opaque {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
     }
 
     /// The longest panel that still sees every blob between two ray parameters [m].

@@ -13,7 +13,7 @@ const WHOLE: f64 = 3.75;
 
 /// Half depth from which on the tails of erf are formed with care: below it the plain difference is
 /// off by less than 1e-6 of optical depth.
-const DENSE: f32 = 0.25;
+pub const DENSE: f32 = 0.25;
 
 /// What a list is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

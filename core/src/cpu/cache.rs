@@ -2,6 +2,7 @@
 //! the same. Keyed by content: the parts are compared value by value, so that a stale entry cannot
 //! answer.
 
+use super::mapped::LightTable;
 use crate::geometry::Geometry;
 use crate::media::Field;
 use crate::scene::CheckedScene;
@@ -47,12 +48,16 @@ impl<T> Newest<T> {
 /// The depths of a scene's blobs from a light.
 type LightDepths = (CheckedScene, DVec3, Arc<Vec<f64>>);
 
+/// The table around a light, if it has one.
+type LightTables = (CheckedScene, DVec3, Option<Arc<LightTable>>);
+
 /// Geometry and field of the newest scenes.
 #[derive(Debug, Default)]
 pub struct Cache {
     geometry: Newest<Geometry>,
     field: Newest<Field>,
     to_light: Mutex<VecDeque<LightDepths>>,
+    tables: Mutex<VecDeque<LightTables>>,
 }
 
 impl Cache {
@@ -84,5 +89,23 @@ impl Cache {
         entries.push_front((scene.clone(), light, Arc::clone(&depths)));
         entries.truncate(2 * COUNTS.lights);
         depths
+    }
+
+    /// The table around a light, which no move of the camera changes.
+    pub fn light_table(
+        &self,
+        scene: &CheckedScene,
+        light: DVec3,
+        make: impl FnOnce() -> Option<LightTable>,
+    ) -> Option<Arc<LightTable>> {
+        let same = |(key, at, _): &LightTables| *at == light && key.fog.terms == scene.fog.terms;
+        let mut entries = self.tables.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, _, table)) = entries.iter().find(|entry| same(entry)) {
+            return table.clone();
+        }
+        let table = make().map(Arc::new);
+        entries.push_front((scene.clone(), light, table.clone()));
+        entries.truncate(COUNTS.lights);
+        table
     }
 }

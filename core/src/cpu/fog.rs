@@ -56,7 +56,9 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     match method {
         Method::None => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
-        Method::Mapped => super::mapped::add_airlight(context, &list, rays, hits, &mut fogged.airlight),
+        Method::Mapped => {
+            super::mapped::add_airlight(context, &list, rays, hits, &mut fogged.airlight);
+        }
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
         }

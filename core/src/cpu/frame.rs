@@ -3,6 +3,7 @@
 use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE};
 use super::cache::Cache;
 use super::fog::LitBlobs;
+use super::mapped::LightTable;
 use super::trace::Tracer;
 use super::viewpoint::{Grid, Viewpoint};
 use super::{edges, fog, shade, upsample};
@@ -33,6 +34,8 @@ pub struct Lamp {
     pub intensity: DVec3,
     /// Intensity times the fog's albedo [W/sr].
     pub scattered: DVec3,
+    /// For [`Method::Mapped`], where many blobs shade the light.
+    pub table: Option<Arc<LightTable>>,
 }
 
 /// What every pass of a frame reads.
@@ -85,6 +88,7 @@ pub fn render(
     clock.lap("surfaces")?;
 
     context.lit_blobs = light_sides(&context, cache, scene);
+    fill_tables(&mut context, cache, scene);
     clock.lap("light_depth")?;
 
     let draft = view.quality == Quality::Draft && context.needs_low_resolution();
@@ -122,7 +126,8 @@ impl<'a> Context<'a> {
         let lamps = scene.lights().map(|(_, light)| {
             let (position, intensity) = (light.position.vector(), light.intensity.vector());
             let scattered = intensity * scene.fog.albedo.vector();
-            Lamp { position, from_camera: position - viewpoint.position, intensity, scattered }
+            let from_camera = position - viewpoint.position;
+            Lamp { position, from_camera, intensity, scattered, table: None }
         });
         let asked = view.estimator.unwrap_or(Estimator::Scene(scene.fog.airlight));
         let [r, g, b] = scene.background.0.map(|v| v as f32);
@@ -241,6 +246,20 @@ fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Vec<Li
         LitBlobs::new(context, lamp.position, side)
     };
     context.lamps.iter().map(side).collect()
+}
+
+/// For the mapped airlight: what lies between the lights and everything else.
+fn fill_tables(context: &mut Context, cache: &Cache, scene: &CheckedScene) {
+    if context.method != Method::Mapped || !context.shows_airlight() {
+        return;
+    }
+    let table = |lamp: &Lamp| {
+        cache.light_table(scene, lamp.position, || LightTable::new(context, lamp.position))
+    };
+    let tables: Vec<_> = context.lamps.iter().map(table).collect();
+    for (lamp, table) in context.lamps.iter_mut().zip(tables) {
+        lamp.table = table;
+    }
 }
 
 fn surfaces(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Vec<Rows> {

@@ -1,7 +1,6 @@
 //! What fills space: each medium answers β(x), the extinction [1/m], and T(a, b), the optical
 //! depth of a segment, in closed form. A scene's fog is the [`Field`], the sum of its terms.
 
-pub mod along;
 pub mod gaussians;
 pub mod homogeneous;
 pub mod tree;
@@ -73,14 +72,6 @@ impl Field {
     pub fn depth_between(&self, from: DVec3, to: DVec3) -> f64 {
         let (direction, length) = toward(from, to);
         self.optical_depth(from, direction, length)
-    }
-
-    /// T between two points, to rounding: blobs far from both and from what lies between are left
-    /// out.
-    pub fn depth_nearby(&self, from: DVec3, to: DVec3) -> f64 {
-        let (direction, length) = toward(from, to);
-        let blob = |blob: &Gaussian| blob.optical_depth_if_near(from, direction, length);
-        self.homogeneous.optical_depth(length) + self.near_segment(from, direction, length, blob)
     }
 
     /// The blobs that matter to any ray of a bundle, for pictures.

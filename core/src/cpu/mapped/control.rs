@@ -1,22 +1,23 @@
 //! Fields along the eight rays that stand for a patch.
 
 use super::patch::Patch;
+use super::table::LightTable;
+use crate::airlight::ENDS;
 use crate::cpu::batch::{Rays, SIZE};
-use crate::cpu::blobs::{BlobList, Packed, Purpose};
+use crate::cpu::blobs::{BlobList, DENSE, Packed, Purpose};
 use crate::cpu::frame::{Context, Lamp};
 use crate::cpu::kernels::add_depth;
 use crate::geometry::bundle::Bundle;
-use crate::media::along::ENDS;
 use crate::media::gaussians::HALF_SQRT_PI;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Rays that stand for a patch: its corners and the middles of its sides.
 pub const CONTROL: usize = 8;
 /// Room for the widest registers.
-const PADDED: usize = 16;
+pub const PADDED: usize = 16;
 /// One number a control ray.
 pub type Each = [f32; PADDED];
 
@@ -58,6 +59,8 @@ pub fn unpack(list: &BlobList) -> Vec<Blob> {
 /// Eight rays, relative to the camera.
 #[derive(Clone, Debug)]
 pub struct Control {
+    /// How many are in use.
+    count: usize,
     direction: [Each; 3],
     offset: [Each; 3],
 }
@@ -78,13 +81,18 @@ impl Control {
         Self::new(context, |c| middle + half * Vec2::from(PLACES[c]))
     }
 
-    /// Eight times the ray in the middle of a patch.
+    /// As many times the ray in the middle of a patch as a row holds.
     pub fn center(context: &Context, patch: &Patch) -> Self {
-        Self::new(context, |_| patch.middle())
+        Self { count: PADDED, ..Self::new(context, |_| patch.middle()) }
+    }
+
+    fn empty() -> Self {
+        let zero = [[0.0; PADDED]; 3];
+        Self { count: CONTROL, direction: zero, offset: zero }
     }
 
     fn new(context: &Context, place: impl Fn(usize) -> Vec2) -> Self {
-        let mut control = Self { direction: [[0.0; PADDED]; 3], offset: [[0.0; PADDED]; 3] };
+        let mut control = Self::empty();
         for c in 0..PADDED {
             let (offset, direction) = context.viewpoint.ray(place(c % CONTROL).as_dvec2());
             for k in 0..3 {
@@ -93,6 +101,26 @@ impl Control {
             }
         }
         control
+    }
+
+    /// Rays from another origin; blobs are relative to that then.
+    pub fn from_directions(directions: &[DVec3]) -> Self {
+        let mut control = Self::empty();
+        for c in 0..PADDED {
+            let direction = directions[c % directions.len()];
+            (0..3).for_each(|k| control.direction[k][c] = direction[k] as f32);
+        }
+        control
+    }
+
+    /// The blobs' T at ray parameters `t`, ascending from row to row.
+    pub fn depth(&self, context: &Context, blobs: &[Blob], t: &[Each]) -> Vec<Each> {
+        let zero = vec![[0.0; PADDED]; t.len()];
+        let mut profile = Profile { log_beta: zero.clone(), depth: zero };
+        dispatch!(context.level, simd => {
+            fill::<_, false>(simd, self, blobs, 0.0, t, &mut profile);
+        });
+        profile.depth
     }
 
     /// A point of one of the rays, relative to the camera.
@@ -132,11 +160,26 @@ impl Control {
 
     /// T(x, s)/d at ray parameters `t`: the mean extinction towards a light.
     pub fn toward_light(&self, context: &Context, lamp: &Lamp, t: &[Each]) -> Vec<Each> {
-        /// Rows that share a list of blobs.
-        const ROWS: usize = 8;
+        if let Some(table) = &lamp.table {
+            return self.look_up(context, lamp, table, t);
+        }
+        /// Points that share a list of blobs.
+        const POINTS: usize = 64;
         let mut mean = Vec::with_capacity(t.len());
-        for rows in t.chunks(ROWS) {
+        for rows in t.chunks(POINTS / self.count) {
             self.add_toward_light(context, lamp, rows, &mut mean);
+        }
+        mean
+    }
+
+    fn look_up(&self, context: &Context, lamp: &Lamp, table: &LightTable, t: &[Each]) -> Vec<Each> {
+        let light = lamp.from_camera.as_vec3();
+        let beta = context.field.homogeneous.beta as f32;
+        let mut mean = vec![[0.0; PADDED]; t.len()];
+        for (mean, t) in mean.iter_mut().zip(t) {
+            for c in 0..self.count {
+                mean[c] = beta + table.mean(self.point(c, t[c]) - light);
+            }
         }
         mean
     }
@@ -150,11 +193,11 @@ impl Control {
     ) {
         let light = lamp.from_camera.as_vec3();
         let (mut paths, mut length) = (Rays::empty(), [0.0f32; SIZE]);
-        paths.count = rows.len() * CONTROL;
+        paths.count = rows.len() * self.count;
         for (row, t) in rows.iter().enumerate() {
-            for c in 0..CONTROL {
+            for c in 0..self.count {
                 let way = self.point(c, t[c]) - light;
-                let at = row * CONTROL + c;
+                let at = row * self.count + c;
                 length[at] = way.length().max(f32::MIN_POSITIVE);
                 let direction = way / length[at];
                 (0..3).for_each(|k| paths.direction[k][at] = direction[k]);
@@ -169,7 +212,7 @@ impl Control {
         }
         let beta = context.field.homogeneous.beta as f32;
         for row in 0..rows.len() {
-            let at = |c: usize| row * CONTROL + c % CONTROL;
+            let at = |c: usize| row * self.count + c % self.count;
             mean.push(std::array::from_fn(|c| beta + depth[at(c)] / length[at(c)]));
         }
     }
@@ -212,8 +255,8 @@ fn fill<S: Simd, const PARALLEL: bool>(
     out: &mut Profile,
 ) {
     let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
-    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(row)).collect();
-    for at in (0..CONTROL).step_by(Lanes::<S>::COUNT) {
+    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(&row[..control.count])).collect();
+    for at in (0..control.count).step_by(Lanes::<S>::COUNT) {
         let direction = load(simd, &control.direction, at);
         let offset = load(simd, &control.offset, at);
         for blob in blobs {
@@ -226,17 +269,20 @@ fn fill<S: Simd, const PARALLEL: bool>(
             let peak = (-center.cross(direction).length_squared()).exp();
             let density = peak * Lanes::splat(simd, blob.k);
             let core = density * Lanes::splat(simd, blob.a / HALF_SQRT_PI as f32);
+            let (dense, begins) = (blob.k > DENSE, (-middle).erf());
             let (first, last) = span(simd, middle, blob.a);
             let begin = ends.partition_point(|end| end.1 < first);
             let end = begin + ends[begin..].partition_point(|end| end.0 <= last);
             for j in begin..end {
                 let s = a.mul_add(Lanes::load(simd, &t[j][at..]), -middle);
-                let gathered = density * Num::erf_difference(-middle, s);
-                add(simd, gathered, &mut out.depth[j], at);
+                let gathered =
+                    if dense { Num::erf_difference(-middle, s) } else { s.erf() - begins };
+                add(simd, density * gathered, &mut out.depth[j], at);
                 add(simd, core * (-s.squared()).exp(), &mut out.log_beta[j], at);
             }
-            let whole = density * Num::erf_difference(-middle, a.lit(1e4));
-            add(simd, whole, &mut behind[end], at);
+            let whole =
+                if dense { Num::erf_difference(-middle, a.lit(1e4)) } else { a.lit(1.0) - begins };
+            add(simd, density * whole, &mut behind[end], at);
         }
         let mut sum = Lanes::splat(simd, 0.0);
         let beta = Lanes::splat(simd, beta);
@@ -274,6 +320,6 @@ fn span<S: Simd>(_simd: S, middle: Lanes<S>, a: f32) -> (f32, f32) {
     ((low - ENDS as f32) / a, (high + ENDS as f32) / a)
 }
 
-fn bounds(row: &Each) -> (f32, f32) {
-    row[..CONTROL].iter().fold((f32::INFINITY, 0.0), |(low, high), t| (low.min(*t), high.max(*t)))
+fn bounds(row: &[f32]) -> (f32, f32) {
+    row.iter().fold((f32::INFINITY, 0.0), |(low, high), t| (low.min(*t), high.max(*t)))
 }

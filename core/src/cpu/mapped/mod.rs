@@ -12,6 +12,7 @@
 mod control;
 mod patch;
 mod pixels;
+mod table;
 
 use super::batch::{Hits, Rays, Rows, SIZE};
 use super::blobs::BlobList;
@@ -20,11 +21,11 @@ use crate::airlight::ToLight;
 use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Rule, probes};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use control::{CONTROL, Control, Each, Profile};
+use control::{CONTROL, Control, Each, PADDED, Profile};
 use fearless_simd::{Simd, dispatch};
 use patch::{Patch, Places};
 use pixels::{Head, Light, TAIL, Tail, Terms, surface};
-use std::f32::consts::PI;
+pub use table::LightTable;
 
 /// Rays of a layer end within this share of each other's way through the fog.
 const LAYER: f32 = 0.12;
@@ -98,11 +99,16 @@ impl Batch<'_> {
 
     /// Where nothing behind is seen any more.
     fn opaque_from(&self, patch: &Patch, from: f32, to: f32) -> f32 {
+        let beta = self.context.field.homogeneous.beta as f32;
+        let most = beta * to + self.blobs.iter().map(|blob| 2.0 * blob.k).sum::<f32>();
+        if most < OPAQUE as f32 {
+            return to;
+        }
         let t = spread(&probes(f64::from(from), f64::from(to)));
         let center = Control::center(self.context, patch);
         let depth = flatten(&center.profile(self.context, self.blobs, &t).depth);
         let opaque = depth.iter().position(|depth| *depth > OPAQUE as f32);
-        opaque.map_or(to, |at| t[at / CONTROL][at % CONTROL])
+        opaque.map_or(to, |at| t[at / PADDED][at % PADDED])
     }
 
     /// Adds the light's airlight to the rays of a layer.
@@ -131,7 +137,8 @@ impl Batch<'_> {
         let seen = std::array::from_fn(|i| {
             let distance = (at[i] - to_light.closest).hypot(to_light.miss);
             let log = f64::from(log_beta[i] - depth[i]) - f64::from(mean[i]) * distance;
-            (0.5 * log).exp()
+            let phase = context.phase.value((to_light.closest - at[i]) / distance);
+            (0.5 * log).exp() * phase.sqrt()
         });
         Map::new(from, to, to_light, &seen).rule()
     }
@@ -148,7 +155,7 @@ impl Batch<'_> {
             mean: [[0.0; CONTROL]; NODES],
         };
         for j in 0..NODES {
-            let weight = (rule.weight[j] as f32 / (4.0 * PI)).max(f32::MIN_POSITIVE).ln();
+            let weight = (rule.weight[j] as f32).max(f32::MIN_POSITIVE).ln();
             let log = seen(&log_beta[j], &depth[j], weight);
             head.most[j] = most(&log);
             head.log[j] = surface(&log);
@@ -162,8 +169,7 @@ impl Batch<'_> {
         let t: Vec<Each> = CHEBYSHEV.iter().map(|x| [range.mul_add(*x, from); 16]).collect();
         let Profile { log_beta, depth } = control.profile(self.context, self.blobs, &t);
         let mean = control.toward_light(self.context, self.lamp, &t);
-        let log: [Each; TAIL] =
-            std::array::from_fn(|i| seen(&log_beta[i], &depth[i], -(4.0 * PI).ln()));
+        let log: [Each; TAIL] = std::array::from_fn(|i| seen(&log_beta[i], &depth[i], 0.0));
         Tail {
             from,
             range,
@@ -192,17 +198,22 @@ impl Batch<'_> {
             let row = |i: usize| &gathered[i];
             let [x, y, dx, dy, dz, ox, oy, oz, length] =
                 [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8)];
-            let x = (Lanes::load(simd, x) - Lanes::splat(simd, middle.x))
-                / Lanes::splat(simd, half.x);
-            let y = (Lanes::load(simd, y) - Lanes::splat(simd, middle.y))
-                / Lanes::splat(simd, half.y);
+            let x =
+                (Lanes::load(simd, x) - Lanes::splat(simd, middle.x)) / Lanes::splat(simd, half.x);
+            let y =
+                (Lanes::load(simd, y) - Lanes::splat(simd, middle.y)) / Lanes::splat(simd, half.y);
             let terms = Terms::new(x, y);
             let direction =
                 V3::new(Lanes::load(simd, dx), Lanes::load(simd, dy), Lanes::load(simd, dz));
             let offset =
                 V3::new(Lanes::load(simd, ox), Lanes::load(simd, oy), Lanes::load(simd, oz));
             let length = Lanes::load(simd, length);
-            let light = Light::new(V3::lit(one, self.lamp.from_camera) - offset, direction, length);
+            let light = Light::new(
+                self.context.phase,
+                V3::lit(one, self.lamp.from_camera) - offset,
+                direction,
+                length,
+            );
             let mut sum = one.lit(0.0);
             if let Some(head) = head {
                 sum += pixels::head(simd, head, &terms, &light);
@@ -250,14 +261,14 @@ fn most(log: &Each) -> f32 {
     log[..CONTROL].iter().copied().fold(f32::NEG_INFINITY, f32::max) + 0.5
 }
 
-/// Numbers along one ray, eight a row.
+/// Numbers along one ray, in full rows.
 fn spread(t: &[f64; PROBES]) -> Vec<Each> {
-    let row = |t: &[f64]| std::array::from_fn(|c| t[c % CONTROL] as f32);
-    t.chunks(CONTROL).map(row).collect()
+    let row = |t: &[f64]| std::array::from_fn(|c| t[c] as f32);
+    t.chunks(PADDED).map(row).collect()
 }
 
 fn flatten(rows: &[Each]) -> [f32; PROBES] {
-    std::array::from_fn(|i| rows[i / CONTROL][i % CONTROL])
+    std::array::from_fn(|i| rows[i / PADDED][i % PADDED])
 }
 
 /// Where a tail's fields are evaluated: Chebyshev's abscissae on [0, 1].

@@ -5,6 +5,7 @@ use super::control::{CONTROL, Each, PLACES};
 use crate::airlight::ToLight;
 use crate::airlight::mapped::{NODES, gauss_legendre};
 use crate::num::{Lanes, Num};
+use crate::phase::Phase;
 use crate::vector::V3;
 use fearless_simd::Simd;
 use std::sync::LazyLock;
@@ -19,7 +20,7 @@ pub const TAIL: usize = 4;
 pub struct Head {
     /// Ray parameters [m].
     pub t: [f32; NODES],
-    /// ln(w β) − T, w the node's weight over 4π.
+    /// ln(w β) − T, w the node's weight.
     pub log: [Surface; NODES],
     /// Its largest value on the eight rays: quadratics may overshoot.
     pub most: [f32; NODES],
@@ -33,7 +34,7 @@ pub struct Tail {
     pub from: f32,
     /// How long it is [m].
     pub range: f32,
-    /// ln(β/4π) − T.
+    /// ln β − T.
     pub log: [Surface; TAIL],
     /// Its largest value.
     pub most: f32,
@@ -98,23 +99,33 @@ impl<S: Simd> Terms<S> {
 pub struct Light<S: Simd> {
     closest: Lanes<S>,
     miss2: Lanes<S>,
+    phase: Phase,
 }
 
 impl<S: Simd> Light<S> {
     /// From the light's place relative to the rays' starts, their directions and lengths.
     #[inline(always)]
-    pub fn new(light: V3<Lanes<S>>, direction: V3<Lanes<S>>, length: Lanes<S>) -> Self {
+    pub fn new(
+        phase: Phase,
+        light: V3<Lanes<S>>,
+        direction: V3<Lanes<S>>,
+        length: Lanes<S>,
+    ) -> Self {
         let ToLight { closest, miss } = ToLight::new(light, direction, length);
-        Self { closest, miss2: miss.squared() }
+        Self { closest, miss2: miss.squared(), phase }
     }
 
-    /// e^(log − mean · d)/d² at distance `aside` from the closest point.
+    /// k(α) e^(log − mean · d)/d² at distance `aside` from the closest point.
     #[inline(always)]
     fn scattered(&self, aside: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
         let zero = aside.lit(0.0);
         let distance2 = aside.mul_add(aside, self.miss2);
-        let exponent = log - mean.max(zero) * distance2.sqrt();
-        exponent.exp() / distance2
+        let distance = distance2.sqrt();
+        let falling = (log - mean.max(zero) * distance).exp() / distance2;
+        if self.phase.is_isotropic() {
+            return falling * aside.lit(Phase::ISOTROPIC.value(0.0));
+        }
+        falling * self.phase.value(-aside / distance)
     }
 }
 
