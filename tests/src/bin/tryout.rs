@@ -23,11 +23,10 @@ fn main() {
     let mut all = trials::exact();
     all.extend(trials::hard());
     let renderer = Renderer::default();
-    for mut t in all {
+    for t in all {
         if only.as_ref().is_some_and(|o| !t.name.contains(o.as_str())) {
             continue;
         }
-        t.scene["fog"].as_object_mut().map(|f| f.remove("phase"));
         let scene: Scene = from_value(t.scene.clone()).unwrap();
         let scene = scene.check().unwrap();
         let field = Field::new(&scene.fog);
@@ -55,7 +54,7 @@ fn main() {
             samples: Some(1),
             exposure_ev: 0.0,
             tonemap: Tonemap::None,
-            for_screen: false,
+            for_screen: false, estimator: None,
         };
         let mut ms = f64::INFINITY;
         let mut frame = None;
@@ -74,6 +73,7 @@ fn main() {
             .map(|(n, d)| format!("{}{:.0}", &n[..1], d.as_secs_f64() * 1e3))
             .collect();
         line += &format!(" [{}]", laps.join(" "));
+        eprintln!("pixels rule fill light split all span {:?}", fogbank_core::cpu::fog::times());
         if std::env::var("FAST").is_ok() {
             println!("{line}");
             continue;
@@ -113,7 +113,7 @@ fn main() {
                     let p = l.position.vector();
                     b += l.intensity.0[1]
                         * scene.fog.albedo.0[1]
-                        * reference::airlight(&field, p, eye, d, len);
+                        * reference::airlight(&field, fogbank_core::phase::Phase::from(&scene.fog.phase), p, eye, d, len);
                 }
                 let a = f64::from(frame.pixels[(px.1 * 800 + px.0) * 3 + 1]);
                 e.push((0.0, *px, a, b));
