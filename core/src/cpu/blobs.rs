@@ -3,9 +3,13 @@
 //! A list holds the fewest blobs such that those left out together weigh less than
 //! [`PICTURE_LOSS`] on any ray of the bundle, or [`RELATIVE_LOSS`] of what any ray gathers.
 
+use super::batch::{Row, Rows, SIZE, load3};
+use super::cone::{Cone, ROUNDING};
 use crate::geometry::bundle::Bundle;
-use crate::media::gaussians::{Gaussian, Seen};
+use crate::media::gaussians::{Gaussian, HALF_SQRT_PI, Seen};
 use crate::media::{Field, PICTURE_LOSS, RELATIVE_LOSS};
+use crate::num::{Lanes, Num};
+use fearless_simd::{Level, Simd, SimdBase, dispatch};
 use glam::DVec3;
 
 /// Units of its radius from a blob's centre at which erf is 1 to the last bit of f32 lanes.
@@ -25,7 +29,10 @@ pub enum Purpose {
 }
 
 /// Half depth from which on a blob is opaque.
-const OPAQUE: f64 = 8.0;
+const OPAQUE: f32 = 8.0;
+
+/// A blob that weighs less on every ray of a bundle is no candidate.
+const NEGLIGIBLE: f32 = 1e-11;
 
 /// A blob relative to the origin of rays, as a kernel reads it.
 #[derive(Clone, Copy, Debug)]
@@ -53,47 +60,54 @@ pub struct BlobList {
     pub whole: Vec<Packed>,
 }
 
-/// A blob with bounds of its depth on any ray of a bundle.
+/// A blob with an upper bound of its depth on any ray of a bundle.
 struct Candidate {
     place: u32,
-    most: f64,
+    most: f32,
     whole: bool,
 }
 
-/// Sorts bounds by their binary exponent: as good as a sorted list for the smallest of them.
+/// Bounds are sorted by their binary exponent: as good as a sorted list for the smallest of them.
 const CLASSES: usize = 64;
 
 impl BlobList {
-    /// The blobs among `candidates` that matter to the rays of `bundle`, which are at least
-    /// `shortest` long [m].
+    /// The blobs that matter to the rays of `bundle`, which are at least `shortest` long [m].
     pub fn new(
+        level: Level,
         field: &Field,
         bundle: &Bundle,
         shortest: f64,
         purpose: Purpose,
-        candidates: impl Iterator<Item = usize>,
     ) -> Self {
+        let mut near = Vec::new();
+        field.picture_tree().visit(bundle, |place| near.push(place as u32));
+        let mut weighed = Vec::with_capacity(near.len());
         let mut sure = field.homogeneous.beta * shortest;
-        let mut weighed = Vec::new();
-        for place in candidates {
-            let (candidate, least) = weigh(&field.blobs[place], place, bundle, shortest);
-            sure += least;
-            weighed.extend(candidate);
+        for places in near.chunks(SIZE) {
+            let group = Group::gather(field, bundle.origin, places);
+            let (bounds, least) = dispatch!(level, simd => group.weigh(simd, bundle, shortest));
+            sure += f64::from(least);
+            weighed.extend(places.iter().zip(bounds).filter_map(candidate));
         }
         let loss = match purpose {
             Purpose::Depth => PICTURE_LOSS.max(RELATIVE_LOSS * sure),
             Purpose::Airlight => PICTURE_LOSS,
         };
-        let threshold = threshold(&weighed, loss);
+        Self::keep(field, bundle.origin, &weighed, loss)
+    }
+
+    /// All but the candidates that together stay within `loss`.
+    fn keep(field: &Field, origin: DVec3, candidates: &[Candidate], loss: f64) -> Self {
+        let threshold = threshold(candidates, loss);
         let mut list = Self::default();
-        for candidate in weighed.iter().filter(|c| class(c.most, loss) >= threshold) {
+        for candidate in candidates.iter().filter(|c| class(c.most, loss) >= threshold) {
             let place = candidate.place as usize;
             let blob = &field.blobs[place];
-            if blob.half_depth() > OPAQUE {
-                list.opaque.push((place, blob.seen_from(bundle.origin)));
+            let packed = pack(blob, candidate.place, origin);
+            if packed.k > OPAQUE {
+                list.opaque.push((place, blob.seen_from(origin)));
                 continue;
             }
-            let packed = pack(blob, candidate.place, bundle.origin);
             let part = if candidate.whole {
                 &mut list.whole
             } else if packed.k > DENSE {
@@ -107,43 +121,78 @@ impl BlobList {
     }
 }
 
+/// Blobs whose bounds are formed at once, one a lane.
+struct Group {
+    /// Centres relative to the bundle's origin [m].
+    to: Rows,
+    /// Scales a [1/m].
+    a: Row,
+    /// Extinctions at the centres [1/m].
+    c: Row,
+    count: usize,
+}
+
+impl Group {
+    fn gather(field: &Field, origin: DVec3, places: &[u32]) -> Self {
+        let (mut to, mut a, mut c) = ([[0.0; SIZE]; 3], [1.0; SIZE], [0.0; SIZE]);
+        for (at, place) in places.iter().enumerate() {
+            let blob = &field.blobs[*place as usize];
+            let center = (blob.center - origin).as_vec3();
+            [to[0][at], to[1][at], to[2][at]] = center.to_array();
+            (a[at], c[at]) = (blob.a as f32, blob.c as f32);
+        }
+        Self { to, a, c, count: places.len() }
+    }
+
+    /// The most that each blob weighs on any ray, negative where all rays pass it from end to end;
+    /// and the least that all of them together weigh on every ray.
+    #[inline(always)]
+    fn weigh<S: Simd>(&self, simd: S, bundle: &Bundle, shortest: f64) -> (Row, f32) {
+        let one = Lanes::splat(simd, 1.0);
+        let cone = Cone::new(one, bundle);
+        let (shortest, whole_from) = (one.lit(shortest), one.lit(WHOLE));
+        let mut bounds = [0.0; SIZE];
+        let mut sure = one.lit(0.0);
+        for at in (0..self.count).step_by(Lanes::<S>::COUNT) {
+            let to = load3(simd, &self.to, at);
+            let a = Lanes::load(simd, &self.a[at..]);
+            let depth = Lanes::load(simd, &self.c[at..]) * one.lit(2.0 * HALF_SQRT_PI) / a;
+            let place = cone.place(to);
+            // erfc(x) ≤ exp(−x²): the distance to the segment bounds also what ends before the blob.
+            let most = depth * (-(cone.distance(&place) * a).squared()).exp();
+            let (low, high) = cone.closest_approach(&place);
+            let margin = low.min(shortest - shortest * one.lit(ROUNDING) - high);
+            let cut = (margin * a).lt(whole_from);
+            let least = depth * (-(cone.farthest_miss(&place) * a).squared()).exp();
+            sure += Lanes::select(cut, one.lit(0.0), least);
+            Lanes::select(cut, most, -most).store(&mut bounds[at..]);
+        }
+        (bounds, sure.0.as_slice().iter().sum())
+    }
+}
+
+fn candidate((place, bound): (&u32, f32)) -> Option<Candidate> {
+    let most = bound.abs();
+    (most >= NEGLIGIBLE).then_some(Candidate { place: *place, most, whole: bound < 0.0 })
+}
+
 fn pack(blob: &Gaussian, place: u32, origin: DVec3) -> Packed {
     let b = ((blob.center - origin) * blob.a).as_vec3().to_array();
     Packed { b, a: blob.a as f32, k: blob.half_depth() as f32, place }
 }
 
-/// Bounds of a blob's depth: the most on any ray, and the least that every ray is sure of.
-fn weigh(
-    blob: &Gaussian,
-    place: usize,
-    bundle: &Bundle,
-    shortest: f64,
-) -> (Option<Candidate>, f64) {
-    let at = bundle.place(blob.center);
-    let near = bundle.distance(at) * blob.a;
-    // erfc(x) ≤ exp(−x²): the distance to the segment bounds also what ends before the blob.
-    let most = 2.0 * blob.half_depth() * (-near * near).exp();
-    if most < PICTURE_LOSS * 1e-6 {
-        return (None, 0.0);
-    }
-    let (low, high) = bundle.closest_approach(at);
-    let whole = low * blob.a >= WHOLE && (shortest - high) * blob.a >= WHOLE;
-    let miss = bundle.farthest_miss(at) * blob.a;
-    let least = if whole { 2.0 * blob.half_depth() * (-miss * miss).exp() } else { 0.0 };
-    (Some(Candidate { place: place as u32, most, whole }), least)
-}
-
 /// The binary order of a bound relative to the allowed loss, from 0 up.
-fn class(most: f64, loss: f64) -> usize {
-    let order = (most / loss).log2() + (CLASSES / 2) as f64;
-    order.clamp(0.0, (CLASSES - 1) as f64) as usize
+fn class(most: f32, loss: f64) -> usize {
+    const EXPONENT_OF_1: usize = 127;
+    let exponent = ((most / loss as f32).to_bits() >> 23) as usize;
+    (exponent + CLASSES / 2).saturating_sub(EXPONENT_OF_1).min(CLASSES - 1)
 }
 
 /// The lowest class that must be kept: all below it together stay within `loss`.
 fn threshold(candidates: &[Candidate], loss: f64) -> usize {
     let mut sums = [0.0; CLASSES];
     for candidate in candidates {
-        sums[class(candidate.most, loss)] += candidate.most;
+        sums[class(candidate.most, loss)] += f64::from(candidate.most);
     }
     let mut dropped = 0.0;
     let fits = |sum: &&f64| {

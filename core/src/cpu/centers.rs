@@ -59,9 +59,7 @@ fn group_depths(context: &Context, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
             }
         };
     };
-    let mut near = Vec::new();
-    context.field.picture_tree().visit(&bundle, |place| near.push(place));
-    let list = BlobList::new(context.field, &bundle, shortest, Purpose::Depth, near.into_iter());
+    let list = BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth);
     let mut batch = Rays::empty();
     let mut length = [0.0; SIZE];
     for (at, (from, direction, distance)) in paths.iter().enumerate() {

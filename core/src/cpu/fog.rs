@@ -79,12 +79,12 @@ fn blobs_on_view(context: &Context, rays: &Rays, hits: &Hits, purpose: Purpose) 
     let lengths = &hits.length[..rays.count];
     let shortest = f64::from(lengths.iter().copied().fold(f32::INFINITY, f32::min));
     let longest = f64::from(lengths.iter().copied().fold(0.0, f32::max));
-    let Some(bundle) = bundle(position, rays, longest) else {
-        return all_blobs(context, position, longest, purpose);
+    // Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
+    let (bundle, shortest) = match bundle(position, rays, longest) {
+        Some(bundle) => (bundle, shortest),
+        None => (Bundle::all_around(position, longest), 0.0),
     };
-    let mut near = Vec::new();
-    context.field.picture_tree().visit(&bundle, |place| near.push(place));
-    BlobList::new(context.field, &bundle, shortest, purpose, near.into_iter())
+    BlobList::new(context.level, context.field, &bundle, shortest, purpose)
 }
 
 /// Bounds view rays around the camera: in f32, by chords, which keep the digits of small angles.
@@ -103,12 +103,6 @@ fn bundle(position: DVec3, rays: &Rays, longest: f64) -> Option<Bundle> {
     let radius = radius2.sqrt() * 1.000_001;
     let axis = axis.as_dvec3().normalize();
     Some(Bundle { origin: position, axis, radius, tan, length: longest + radius })
-}
-
-/// Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
-fn all_blobs(context: &Context, origin: DVec3, length: f64, purpose: Purpose) -> BlobList {
-    let bundle = Bundle::all_around(origin, length);
-    BlobList::new(context.field, &bundle, 0.0, purpose, 0..context.field.blobs.len())
 }
 
 fn add_depth(context: &Context, list: &BlobList, rays: &Rays, length: &Row, depth: &mut Row) {

@@ -4,6 +4,7 @@ pub mod batch;
 pub mod blobs;
 mod cache;
 mod centers;
+mod cone;
 mod edges;
 mod fog;
 mod frame;

@@ -60,24 +60,12 @@ fn blobs_between(
     let radius2 = lit().map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
     let radius = f64::from(radius2.sqrt()) * 1.000_001;
     let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
-    match Bundle::toward_ball(origin, center, radius) {
-        Some(bundle) => {
-            let mut near = Vec::new();
-            context.field.picture_tree().visit(&bundle, |place| near.push(place));
-            BlobList::new(
-                context.field,
-                &bundle,
-                f64::from(shortest),
-                Purpose::Depth,
-                near.into_iter(),
-            )
-        }
-        // A light among the hits: they lie all around it.
-        None => {
-            let all = Bundle::all_around(origin, origin.distance(center) + radius);
-            BlobList::new(context.field, &all, 0.0, Purpose::Depth, 0..context.field.blobs.len())
-        }
-    }
+    // A light among the hits: they lie all around it.
+    let (bundle, shortest) = match Bundle::toward_ball(origin, center, radius) {
+        Some(bundle) => (bundle, f64::from(shortest)),
+        None => (Bundle::all_around(origin, origin.distance(center) + radius), 0.0),
+    };
+    BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth)
 }
 
 /// Radiance that the hits send towards the eye, given each light's depth to them.
