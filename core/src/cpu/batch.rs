@@ -28,7 +28,7 @@ pub struct Rays {
 }
 
 /// Where rays end.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Hits {
     /// Distance along the ray [m]; `far_m` where nothing is hit.
     pub length: Row,

@@ -1,12 +1,14 @@
-//! What outlives a frame: geometry and extinction field, kept while their part of the scene stays
-//! the same. Keyed by content: the parts are compared value by value, so that a stale entry cannot
+//! What outlives a frame: geometry, first hits and extinction field, kept while their part of the
+//! scene stays the same. Keyed by content: the parts are compared value by value, so that a stale entry cannot
 //! answer.
 
+use super::batch::Hits;
 use super::mapped::LightTable;
+use super::viewpoint::Grid;
 use crate::geometry::Geometry;
 use crate::media::Field;
-use crate::scene::CheckedScene;
 use crate::scene::limits::COUNTS;
+use crate::scene::{Camera, CheckedScene};
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -45,17 +47,35 @@ impl<T> Newest<T> {
     }
 }
 
+/// Pictures whose first hits are kept.
+const KEPT_PICTURES: usize = 2;
+
+/// Tiles of the largest picture whose first hits are kept: 2 million pixels, 42 MB.
+const KEPT_TILES: usize = 1 << 13;
+
+/// First hits of all tiles, and what they depend on.
+#[derive(Debug)]
+struct Traced {
+    /// Found by its surfaces, so that the same address means the same content.
+    geometry: Arc<Geometry>,
+    camera: Camera,
+    grid: Grid,
+    far_m: f64,
+    hits: Arc<Vec<Hits>>,
+}
+
 /// The depths of a scene's blobs from a light.
 type LightDepths = (CheckedScene, DVec3, Arc<Vec<f64>>);
 
 /// The table around a light, if it has one.
 type LightTables = (CheckedScene, DVec3, Option<Arc<LightTable>>);
 
-/// Geometry and field of the newest scenes.
+/// Geometry, field, first hits and light tables of the newest scenes.
 #[derive(Debug, Default)]
 pub struct Cache {
     geometry: Newest<Geometry>,
     field: Newest<Field>,
+    traced: Mutex<VecDeque<Traced>>,
     to_light: Mutex<VecDeque<LightDepths>>,
     tables: Mutex<VecDeque<LightTables>>,
 }
@@ -71,6 +91,37 @@ impl Cache {
     pub fn field(&self, scene: &CheckedScene) -> Arc<Field> {
         let same = |key: &CheckedScene| key.fog.terms == scene.fog.terms;
         self.field.get(scene, same, || Field::new(&scene.fog))
+    }
+
+    /// First hits of all pixel centres, which no change of fog or lights moves.
+    pub fn first_hits(
+        &self,
+        scene: &CheckedScene,
+        geometry: &Arc<Geometry>,
+        grid: Grid,
+        make: impl FnOnce() -> Vec<Hits>,
+    ) -> Arc<Vec<Hits>> {
+        if grid.count() > KEPT_TILES {
+            return Arc::new(make());
+        }
+        let same = |old: &Traced| {
+            Arc::ptr_eq(&old.geometry, geometry)
+                && (old.grid, old.far_m) == (grid, scene.far_m)
+                && old.camera == scene.camera
+        };
+        let mut entries = self.traced.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = entries.iter().position(same);
+        let entry = found.and_then(|at| entries.remove(at)).unwrap_or_else(|| Traced {
+            geometry: Arc::clone(geometry),
+            camera: scene.camera.clone(),
+            grid,
+            far_m: scene.far_m,
+            hits: Arc::new(make()),
+        });
+        let hits = Arc::clone(&entry.hits);
+        entries.push_front(entry);
+        entries.truncate(KEPT_PICTURES);
+        hits
     }
 
     /// The blobs' depths from a light, which no move of the camera changes.

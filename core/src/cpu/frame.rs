@@ -84,7 +84,7 @@ pub fn render(
     clock.lap("prepare")?;
     let mut context = Context::new(scene, &geometry, &field, view, progress);
 
-    let hits = first_hits(&context);
+    let hits = cache.first_hits(scene, &geometry, context.grid, || first_hits(&context));
     clock.lap("surfaces")?;
 
     context.lit_blobs = light_sides(&context, cache, scene);

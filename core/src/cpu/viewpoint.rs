@@ -121,7 +121,7 @@ impl Tile {
 }
 
 /// A picture's tiles, row by row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// Pixels across.
     pub width: usize,
