@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use crate::num::Lanes;
 use crate::vector::V3;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Pixels along the side of a tile.
 pub const TILE: usize = 16;
@@ -61,6 +61,15 @@ impl Rays {
         for k in 0..3 {
             self.direction[k][self.count] = from.direction[k][at];
             self.offset[k][self.count] = from.offset[k][at];
+        }
+        self.count += 1;
+    }
+
+    /// Appends a ray: its start relative to the viewpoint and its unit direction.
+    pub fn push_ray(&mut self, (offset, direction): (DVec3, DVec3)) {
+        for k in 0..3 {
+            self.direction[k][self.count] = direction[k] as f32;
+            self.offset[k][self.count] = offset[k] as f32;
         }
         self.count += 1;
     }

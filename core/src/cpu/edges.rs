@@ -1,8 +1,11 @@
 //! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
 //! orientation or another depth are sampled again, within their area.
 
-use super::batch::{Hits, Rays, SIZE, get3};
+use super::batch::{Hits, Rays, SIZE, TILE, get3};
+use super::composite::compose;
 use super::frame::Context;
+use super::trace::Order;
+use super::viewpoint::Tile;
 use crate::request::Layer;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -62,52 +65,57 @@ fn sample_tile(
     places: &[usize],
     shifts: &[DVec2],
 ) -> Vec<(usize, [f32; 3])> {
+    let rays = rays(context, context.grid.tile(index), places, shifts);
+    let hits = context.trace(index, &rays, &order(places, shifts));
     let mut sums = vec![([0.0f32; 3], 0.0f32); places.len()];
-    let mut batch = Batch::new(context);
-    let (rays, hits) = context.trace(index, shifts);
-    for (tile_rays, tile_hits) in rays.iter().zip(&hits) {
-        for (pixel, place) in places.iter().enumerate() {
-            if batch.rays.count == SIZE {
-                batch.flush(context, &mut sums);
-            }
-            batch.hits.copy(batch.rays.count, tile_hits, *place);
-            batch.rays.push(tile_rays, *place);
-            batch.pixels.push(pixel);
-        }
-    }
-    batch.flush(context, &mut sums);
-    let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
-    places.iter().copied().zip(sums.into_iter().map(mean)).collect()
-}
-
-/// Samples that wait to be computed together.
-struct Batch {
-    rays: Rays,
-    hits: Hits,
-    /// Which edge pixel each belongs to.
-    pixels: Vec<usize>,
-}
-
-impl Batch {
-    fn new(context: &Context) -> Self {
-        Self { rays: Rays::empty(), hits: Hits::nothing(context.far_m), pixels: Vec::new() }
-    }
-
-    /// Adds the samples' weighted values to their pixels' sums.
-    fn flush(&mut self, context: &Context, sums: &mut [([f32; 3], f32)]) {
-        let Some(last) = self.rays.count.checked_sub(1) else { return };
-        self.rays.pad();
-        self.hits.pad(last);
-        let fogged = context.fog(&self.rays, &self.hits);
-        let surface = context.shade(&self.rays, &self.hits);
-        for (at, pixel) in self.pixels.drain(..).enumerate() {
-            let value = context.compose(&self.hits, &surface, &fogged, at);
+    let mut samples = (0..places.len()).flat_map(|pixel| std::iter::repeat_n(pixel, shifts.len()));
+    for (rays, mut hits) in rays.iter().zip(hits) {
+        hits.pad(rays.count - 1);
+        let fogged = context.fog(rays, &hits);
+        let surface = context.shade(rays, &hits);
+        let values = compose(context, &hits, &surface, &fogged);
+        for (at, pixel) in samples.by_ref().take(rays.count).enumerate() {
+            let value = values.each_ref().map(|row| row[at]);
             let weight = weight(context, value);
             let (sum, weights) = &mut sums[pixel];
             *weights += weight;
             (0..3).for_each(|k| sum[k] += weight * value[k]);
         }
-        self.rays.count = 0;
+    }
+    let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
+    places.iter().copied().zip(sums.into_iter().map(mean)).collect()
+}
+
+/// The samples of one pixel after the other.
+fn rays(context: &Context, tile: Tile, places: &[usize], shifts: &[DVec2]) -> Vec<Rays> {
+    let mut batches: Vec<Rays> = Vec::new();
+    for place in places {
+        let (x, y) = tile.pixel(*place);
+        for shift in shifts {
+            if batches.last().is_none_or(|batch| batch.count == SIZE) {
+                batches.push(Rays::empty());
+            }
+            let ray = context.viewpoint.ray(DVec2::new(x as f64, y as f64) + *shift);
+            if let Some(batch) = batches.last_mut() {
+                batch.push_ray(ray);
+            }
+        }
+    }
+    if let Some(last) = batches.last_mut() {
+        last.pad();
+    }
+    batches
+}
+
+fn order(places: &[usize], shifts: &[DVec2]) -> Order {
+    let before = |row| places.partition_point(|place| *place < row * TILE);
+    Order {
+        starts: std::array::from_fn(|row| before(row) * shifts.len()),
+        is_dense: false,
+        shifts: [
+            shifts.iter().copied().fold(DVec2::ONE, DVec2::min),
+            shifts.iter().copied().fold(DVec2::ZERO, DVec2::max),
+        ],
     }
 }
 

@@ -1,12 +1,12 @@
 //! One frame on the CPU, read top to bottom as a list of passes over tiles.
 
-use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE};
+use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE, TILE};
 use super::cache::Cache;
 use super::fog::LitBlobs;
 use super::mapped::LightTable;
-use super::trace::Tracer;
+use super::trace::{Order, Tracer};
 use super::viewpoint::{Grid, Viewpoint};
-use super::{edges, fog, shade, upsample};
+use super::{composite, edges, fog, shade, upsample};
 use crate::airlight::fogshop2007::LightSide;
 use crate::airlight::{Estimator, Method};
 use crate::geometry::Geometry;
@@ -102,7 +102,7 @@ pub fn render(
     let fogged = fog_along_views(&context, &hits, low);
     clock.lap("airlight")?;
 
-    let mut pixels = compose_tiles(&context, &hits, &surface, &fogged);
+    let mut pixels = composite::picture(&context, &hits, &surface, &fogged);
     clock.lap("composite")?;
 
     if view.samples.is_some_and(|samples| samples > 1) {
@@ -170,13 +170,10 @@ impl<'a> Context<'a> {
         !self.field.is_empty() && (self.shows_fog() || self.shows_surfaces())
     }
 
-    /// A tile's rays at every shift within their pixels, and their first hits.
-    pub fn trace(&self, index: usize, shifts: &[DVec2]) -> (Vec<Rays>, Vec<Hits>) {
-        let tile = self.grid.tile(index);
-        let rays: Vec<_> = shifts.iter().map(|shift| self.viewpoint.tile(tile, *shift)).collect();
-        let tracer = Tracer::new(self.geometry, &self.viewpoint, tile, shifts);
-        let hits = dispatch!(self.level, simd => tracer.trace(simd, &rays, self.far_m));
-        (rays, hits)
+    /// First hits of a tile's rays, which stand in that order.
+    pub fn trace(&self, index: usize, rays: &[Rays], order: &Order) -> Vec<Hits> {
+        let tracer = Tracer::new(self.geometry, &self.viewpoint, self.grid.tile(index), order);
+        dispatch!(self.level, simd => tracer.trace(simd, rays, self.far_m))
     }
 
     /// What the fog does along a batch, as far as the layer shows it.
@@ -197,24 +194,6 @@ impl<'a> Context<'a> {
             self.lamps.iter().map(|lamp| shade::light_depth(self, lamp, rays, hits)).collect();
         shade::surface_radiance(self, rays, hits, &depths)
     }
-
-    /// The layer's value at one place of a batch; unused channels are 0.
-    pub fn compose(&self, hits: &Hits, surface: &Rows, fogged: &Fogged, at: usize) -> [f32; 3] {
-        let depth = fogged.depth[at];
-        let through = (-depth).exp();
-        match self.view.layer {
-            Layer::Beauty => [0, 1, 2].map(|k| {
-                let veil = self.ambient[k] * -(-depth).exp_m1();
-                surface[k][at] * through + fogged.airlight[k][at] + veil
-            }),
-            Layer::Airlight => [0, 1, 2].map(|k| fogged.airlight[k][at]),
-            Layer::Surface => [0, 1, 2].map(|k| surface[k][at]),
-            Layer::Normal => [0, 1, 2].map(|k| hits.normal[k][at]),
-            Layer::OpticalDepth => [depth, 0.0, 0.0],
-            Layer::Transmittance => [through, 0.0, 0.0],
-            Layer::Depth => [hits.length[at], 0.0, 0.0],
-        }
-    }
 }
 
 fn numbers(material: &Material) -> [f32; 10] {
@@ -228,7 +207,12 @@ fn tiles<T: Send>(context: &Context, work: impl Fn(usize) -> T + Sync + Send) ->
 }
 
 fn first_hits(context: &Context) -> Vec<Hits> {
-    let traced = tiles(context, |index| context.trace(index, &[CENTER]).1);
+    let starts = std::array::from_fn(|row| row * TILE);
+    let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
+    let traced = tiles(context, |index| {
+        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+        context.trace(index, &[rays], &order)
+    });
     traced.into_iter().flatten().collect()
 }
 
@@ -294,27 +278,6 @@ fn fog_along_views(context: &Context, hits: &[Hits], low: Option<&upsample::Low>
             None => context.fog(&rays, &hits[index]),
         }
     })
-}
-
-fn compose_tiles(
-    context: &Context,
-    hits: &[Hits],
-    surface: &[Rows],
-    fogged: &[Fogged],
-) -> Vec<f32> {
-    let (channels, width) = (context.view.layer.channels(), context.grid.width);
-    let (black, clear) = ([[0.0; SIZE]; 3], Fogged::clear());
-    let mut pixels = vec![0.0; width * context.grid.height * channels];
-    pixels.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.chunks_mut(channels).enumerate() {
-            let (tile, at) = context.grid.locate(x, y);
-            let surface = surface.get(tile).unwrap_or(&black);
-            let fogged = fogged.get(tile).unwrap_or(&clear);
-            let value = context.compose(&hits[tile], surface, fogged, at);
-            pixel.copy_from_slice(&value[..channels]);
-        }
-    });
-    pixels
 }
 
 /// Times passes, and stops between them.

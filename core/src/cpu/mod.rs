@@ -4,6 +4,7 @@ pub mod batch;
 pub mod blobs;
 mod cache;
 mod centers;
+mod composite;
 mod cone;
 mod edges;
 mod fog;
@@ -12,6 +13,7 @@ pub mod kernels;
 mod mapped;
 mod shade;
 mod trace;
+mod triangle;
 mod upsample;
 mod viewpoint;
 

@@ -2,12 +2,14 @@
 //! what remains is met by as many rays at once as there are lanes.
 
 use super::batch::{Hits, NOTHING, Rays, Row, SIZE, TILE, get3, load3};
+use super::triangle::{Edges, LinearLanes, Screen};
 use super::viewpoint::{Tile, Viewpoint};
 use crate::geometry::{Geometry, Plane, Solid, Triangle};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdBase, SimdMask};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec4};
+use std::ops::Range;
 
 /// Solids between two looks at how far the tile's farthest ray still reaches.
 const SOLIDS_A_LOOK: usize = 24;
@@ -20,20 +22,30 @@ pub struct Tracer<'a> {
     viewpoint: &'a Viewpoint,
     /// The anchor relative to the camera [m].
     anchor: DVec3,
+    screen: Screen,
+    sides: Sides,
+    order: &'a Order,
+}
+
+/// How a tile's rays stand in its batches.
+pub struct Order {
+    /// Where the rays of each row of pixels start, counted through all batches; and their end.
+    pub starts: [usize; TILE + 1],
+    /// Whether there is one ray a pixel.
+    pub is_dense: bool,
     /// Smallest and largest shift of the rays within their pixels.
-    shifts: [DVec2; 2],
-    tile: Tile,
-    sides: [Side; 4],
+    pub shifts: [DVec2; 2],
 }
 
-/// A plane that bounds a tile's rays; points on its positive side are outside.
-#[derive(Clone, Copy, Default)]
-struct Side {
-    normal: Vec3,
-    offset: f32,
+/// The four planes that bound a tile's rays, side by side; points on a positive side are outside.
+struct Sides {
+    normals: [Vec4; 3],
+    /// Their absolute values.
+    sizes: [Vec4; 3],
+    offset: Vec4,
 }
 
-/// Rays, one for each pixel of the tile, and their nearest hits so far.
+/// A batch of rays and their nearest hits so far.
 struct Sample<'r> {
     rays: &'r Rays,
     best: Best,
@@ -50,26 +62,20 @@ struct Best {
 }
 
 impl<'a> Tracer<'a> {
-    /// For one tile whose rays are shifted by `shifts` within their pixels.
+    /// For one tile, whose rays stand in that order.
     pub fn new(
         geometry: &'a Geometry,
         viewpoint: &'a Viewpoint,
         tile: Tile,
-        shifts: &[DVec2],
+        order: &'a Order,
     ) -> Self {
-        let least = shifts.iter().copied().fold(DVec2::ONE, DVec2::min);
-        let most = shifts.iter().copied().fold(DVec2::ZERO, DVec2::max);
         let anchor = geometry.anchor - viewpoint.position;
-        let origin = DVec2::new(tile.x as f64, tile.y as f64);
-        let size = TILE as f64;
-        let corners = [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)];
-        let corners = corners.map(|(x, y)| viewpoint.ray(origin + DVec2::new(x, y)));
-        let sides =
-            [0, 1, 2, 3].map(|k| Side::between(corners[k], corners[(k + 1) % 4], viewpoint));
-        Self { geometry, viewpoint, anchor, shifts: [least, most], tile, sides }
+        let screen = Screen::new(viewpoint, tile, order.shifts);
+        let sides = Sides::new(tile, viewpoint);
+        Self { geometry, viewpoint, anchor, screen, sides, order }
     }
 
-    /// Where the rays end: for each shift the rays of the whole tile, all in one walk.
+    /// Where the rays of all batches end, in one walk.
     #[inline(always)]
     pub fn trace<S: Simd>(&self, simd: S, rays: &[Rays], far_m: f32) -> Vec<Hits> {
         let zero = [0.0; SIZE];
@@ -77,6 +83,8 @@ impl<'a> Tracer<'a> {
         let mut samples = Vec::with_capacity(rays.len());
         for rays in rays {
             let mut best = Best { length: [far_m; SIZE], u: zero, v: zero, id: nothing };
+            // What fills a batch up must not look as if it still reached far.
+            best.length[rays.count..].fill(0.0);
             for (id, plane) in (PLANE..).zip(&self.geometry.planes) {
                 self.meet_plane(simd, plane, id, rays, &mut best);
             }
@@ -95,7 +103,7 @@ impl<'a> Tracer<'a> {
             let aabb = &nodes[at].aabb;
             let (min, max) = (Vec3::from(aabb.min) + shift, Vec3::from(aabb.max) + shift);
             let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
-            let outside = self.sides.iter().any(|side| side.excludes(middle, half));
+            let outside = self.sides.exclude(middle, half);
             let near = middle.dot(forward) - half.dot(forward.abs());
             let behind = middle.dot(forward) + half.dot(forward.abs()) < 0.0;
             (!outside && !behind).then_some((near, at))
@@ -171,7 +179,7 @@ impl<'a> Tracer<'a> {
         let one = Lanes::splat(simd, 1.0);
         let normal = V3::lit(one, plane.normal);
         let height = one.lit(plane.normal.dot(self.anchor + plane.point));
-        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
             let offset = load3(simd, &rays.offset, at);
             let distance = (height - normal.dot(offset)) / normal.dot(direction);
@@ -191,7 +199,7 @@ impl<'a> Tracer<'a> {
         let one = Lanes::splat(simd, 1.0);
         let zero = one.lit(0.0);
         let center = V3::lit(one, to);
-        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
             let offset = load3(simd, &rays.offset, at);
             let to = center - offset;
@@ -218,7 +226,7 @@ impl<'a> Tracer<'a> {
     ) {
         let one = Lanes::splat(simd, 1.0);
         let (min, max) = (V3::lit(one, min), V3::lit(one, max));
-        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
             let offset = load3(simd, &rays.offset, at);
             let inverse = V3::new(
@@ -248,58 +256,45 @@ impl<'a> Tracer<'a> {
     ) {
         let shift = self.anchor.as_vec3();
         let [a, b, c] = triangle.corners.map(|corner| corner + shift);
-        let Some(area) = self.covered([a, b, c]) else { return };
-        let edges = Edges::new([a, b, c], self.viewpoint);
-        let [u, v, w, numerator] = edges.0;
+        let Some(area) = self.screen.covered([a, b, c]) else { return };
+        let Edges([u, v, w, numerator]) = Edges::new([a, b, c], self.viewpoint);
         let edges = [u.lanes(simd), v.lanes(simd), w.lanes(simd)];
-        let numerator = numerator.lanes(simd);
-        let lanes = Lanes::<S>::COUNT;
-        for Sample { rays, best } in samples {
-            let variable = if self.viewpoint.parallel { &rays.offset } else { &rays.direction };
-            for y in area.top..=area.bottom {
-                for x in (area.left / lanes * lanes..=area.right).step_by(lanes) {
-                    let at = y * TILE + x;
-                    let ray = load3(simd, variable, at);
-                    best.meet(simd, at, &edges, &numerator, ray, id);
-                }
-            }
+        let met = (edges, numerator.lanes(simd), id);
+        let (lanes, starts) = (Lanes::<S>::COUNT, &self.order.starts);
+        if !self.order.is_dense || lanes >= TILE {
+            self.meet_span(simd, &met, starts[area.top]..starts[area.bottom + 1], samples);
+            return;
+        }
+        // Registers shorter than a row of pixels: the ones beside the triangle are left out.
+        for start in &starts[area.top..=area.bottom] {
+            let span = start + area.left..start + area.right + 1;
+            self.meet_span(simd, &met, span, samples);
         }
     }
 
-    /// The tile's pixels that a triangle may cover.
-    fn covered(&self, corners: [Vec3; 3]) -> Option<Area> {
-        let forward = self.viewpoint.forward.as_vec3();
-        let (x, y) = self.viewpoint.picture_axes();
-        let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for corner in corners {
-            let depth = corner.dot(forward);
-            let scale = if self.viewpoint.parallel { 1.0 } else { depth };
-            // Close to the eye's plane the projection says nothing.
-            if scale < 1e-3 * corner.abs().max_element() {
-                return Some(Area { left: 0, right: TILE - 1, top: 0, bottom: TILE - 1 });
-            }
-            let at = Vec3::new(corner.dot(x) / scale, corner.dot(y) / scale, depth);
-            (min, max) = (min.min(at), max.max(at));
+    /// Meets a triangle with some rays, counted through all batches.
+    #[inline(always)]
+    fn meet_span<S: Simd>(
+        &self,
+        simd: S,
+        (edges, numerator, id): &([LinearLanes<S>; 3], LinearLanes<S>, u32),
+        span: Range<usize>,
+        samples: &mut [Sample<'_>],
+    ) {
+        let lanes = Lanes::<S>::COUNT;
+        for place in (span.start / lanes * lanes..span.end).step_by(lanes) {
+            let (Sample { rays, best }, at) = (&mut samples[place / SIZE], place % SIZE);
+            let variable = if self.viewpoint.parallel { &rays.offset } else { &rays.direction };
+            let ray = load3(simd, variable, at);
+            best.meet(simd, at, edges, numerator, ray, *id);
         }
-        let [least, most] = self.shifts;
-        let range = |min: f32, max: f32, size: f64, start: usize, shift: [f64; 2]| {
-            // Pixels whose sample lies within, and a hundredth for the rounding of projections.
-            let place = |v: f32| (f64::from(v) + 1.0) * 0.5 * size - start as f64;
-            let first = (place(min) - shift[1] - 0.01).ceil().max(0.0);
-            let last = (place(max) - shift[0] + 0.01).floor().min(TILE as f64 - 1.0);
-            (first <= last).then_some((first as usize, last as usize))
-        };
-        let size = self.viewpoint.size();
-        let (left, right) = range(min.x, max.x, size.x, self.tile.x, [least.x, most.x])?;
-        let (top, bottom) = range(min.y, max.y, size.y, self.tile.y, [least.y, most.y])?;
-        Some(Area { left, right, top, bottom })
     }
 
     /// Normals and surfaces of the nearest hits.
     fn resolve(&self, rays: &Rays, best: &Best) -> Hits {
         let mut hits = Hits::nothing(0.0);
         hits.length = best.length;
-        for at in 0..SIZE {
+        for at in 0..rays.count {
             let id = best.id[at].to_bits();
             if id == NOTHING {
                 continue;
@@ -347,70 +342,29 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// A rectangle of a tile's pixels, ends included.
-struct Area {
-    left: usize,
-    right: usize,
-    top: usize,
-    bottom: usize,
-}
-
-/// A function that is linear in the ray: a constant and a vector.
-struct Linear(f32, Vec3);
-
-/// The same in lanes.
-struct LinearLanes<S: Simd>(Lanes<S>, V3<Lanes<S>>);
-
-impl Linear {
-    #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S) -> LinearLanes<S> {
-        let constant = Lanes::splat(simd, self.0);
-        LinearLanes(constant, V3::lit(constant, self.1.as_dvec3()))
-    }
-}
-
-impl<S: Simd> LinearLanes<S> {
-    #[inline(always)]
-    fn at(&self, ray: V3<Lanes<S>>) -> Lanes<S> {
-        self.0 + self.1.dot(ray)
-    }
-}
-
-/// Three edge functions and the numerator of the distance.
-struct Edges([Linear; 4]);
-
-impl Edges {
-    fn new([a, b, c]: [Vec3; 3], viewpoint: &Viewpoint) -> Self {
-        let face = (b - a).cross(c - a);
-        let d = viewpoint.forward.as_vec3();
-        let edge = |p: Vec3, q: Vec3| {
-            // Always formed from the same end: what two triangles share is then equal to the bit,
-            // and the difference of the ends keeps the digits of a small triangle far away.
-            let flipped = (p.x, p.y, p.z) > (q.x, q.y, q.z);
-            let (p, q, sign) = if flipped { (q, p, -1.0) } else { (p, q, 1.0) };
-            if viewpoint.parallel {
-                let aside = p - d * p.dot(d);
-                Linear(sign * d.dot(aside.cross(q - p)), sign * (p - q).cross(d))
-            } else {
-                Linear(0.0, sign * p.cross(q - p))
-            }
-        };
-        let slope = if viewpoint.parallel { -face } else { Vec3::ZERO };
-        Self([edge(b, c), edge(c, a), edge(a, b), Linear(a.dot(face), slope)])
-    }
-}
-
-impl Side {
-    fn between(a: (DVec3, DVec3), b: (DVec3, DVec3), viewpoint: &Viewpoint) -> Self {
-        let normal = if viewpoint.parallel { (a.0 - b.0).cross(a.1) } else { a.1.cross(b.1) };
-        // Corners run clockwise in the picture: their products point inwards.
-        let inward = normal.normalize();
-        let offset = (-inward).dot(a.0);
-        Self { normal: (-inward).as_vec3(), offset: offset as f32 }
+impl Sides {
+    fn new(tile: Tile, viewpoint: &Viewpoint) -> Self {
+        let origin = DVec2::new(tile.x as f64, tile.y as f64);
+        let size = TILE as f64;
+        let corners = [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)];
+        let corners = corners.map(|(x, y)| viewpoint.ray(origin + DVec2::new(x, y)));
+        let outward = [0, 1, 2, 3].map(|k| {
+            let (a, b) = (corners[k], corners[(k + 1) % 4]);
+            let normal = if viewpoint.parallel { (a.0 - b.0).cross(a.1) } else { a.1.cross(b.1) };
+            // Corners run clockwise in the picture: their products point inwards.
+            -normal.normalize()
+        });
+        let row = |of: &dyn Fn(usize) -> f64| Vec4::from_array([0, 1, 2, 3].map(|k| of(k) as f32));
+        let normals = [0, 1, 2].map(|axis| row(&|k| outward[k][axis]));
+        let offset = row(&|k| outward[k].dot(corners[k].0));
+        Self { normals, sizes: normals.map(Vec4::abs), offset }
     }
 
-    fn excludes(&self, middle: Vec3, half: Vec3) -> bool {
-        self.normal.dot(middle) - self.offset > self.normal.abs().dot(half) * 1.000_001
+    fn exclude(&self, middle: Vec3, half: Vec3) -> bool {
+        let ([x, y, z], [w, h, d]) = (self.normals, self.sizes);
+        let beyond = x * middle.x + y * middle.y + z * middle.z - self.offset;
+        let reach = w * half.x + h * half.y + d * half.z;
+        beyond.cmpgt(reach * 1.000_001).any()
     }
 }
 

@@ -221,13 +221,8 @@ fn gather(context: &Context, hits: &[Hits], grid: Grid, index: usize) -> (Rays, 
         let (from, place) = context.grid.locate(x, y);
         low.copy(at, &hits[from], place);
         let pixel = glam::DVec2::new(x as f64, y as f64) + CENTER;
-        let (offset, direction) = context.viewpoint.ray(pixel);
-        for k in 0..3 {
-            rays.direction[k][at] = direction[k] as f32;
-            rays.offset[k][at] = offset[k] as f32;
-        }
+        rays.push_ray(context.viewpoint.ray(pixel));
     }
-    rays.count = SIZE;
     (rays, low)
 }
 

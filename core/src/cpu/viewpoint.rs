@@ -67,15 +67,10 @@ impl Viewpoint {
     /// The rays of a tile; `shift` moves them within their pixels, from (½, ½) in the centres.
     pub fn tile(&self, tile: Tile, shift: DVec2) -> Rays {
         let mut rays = Rays::empty();
-        rays.count = SIZE;
         for place in 0..SIZE {
             let (x, y) = tile.pixel(place);
             let pixel = DVec2::new(x as f64, y as f64) + shift;
-            let (offset, direction) = self.ray(pixel);
-            for k in 0..3 {
-                rays.direction[k][place] = direction[k] as f32;
-                rays.offset[k][place] = offset[k] as f32;
-            }
+            rays.push_ray(self.ray(pixel));
         }
         rays
     }

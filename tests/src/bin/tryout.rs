@@ -54,7 +54,8 @@ fn main() {
             samples: Some(1),
             exposure_ev: 0.0,
             tonemap: Tonemap::None,
-            for_screen: false, estimator: None,
+            for_screen: false,
+            estimator: None,
         };
         let mut ms = f64::INFINITY;
         let mut frame = None;
@@ -113,7 +114,14 @@ fn main() {
                     let p = l.position.vector();
                     b += l.intensity.0[1]
                         * scene.fog.albedo.0[1]
-                        * reference::airlight(&field, fogbank_core::phase::Phase::from(&scene.fog.phase), p, eye, d, len);
+                        * reference::airlight(
+                            &field,
+                            fogbank_core::phase::Phase::from(&scene.fog.phase),
+                            p,
+                            eye,
+                            d,
+                            len,
+                        );
                 }
                 let a = f64::from(frame.pixels[(px.1 * 800 + px.0) * 3 + 1]);
                 e.push((0.0, *px, a, b));
