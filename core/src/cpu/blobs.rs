@@ -26,6 +26,8 @@ pub enum Purpose {
     Depth,
     /// Airlight too: it comes from where the ray begins, however thick the fog behind may be.
     Airlight,
+    /// Fields that airlight is integrated over: where fog is thin, its share counts.
+    Nodes,
 }
 
 /// Half depth from which on a blob is opaque.
@@ -92,6 +94,10 @@ impl BlobList {
         let loss = match purpose {
             Purpose::Depth => PICTURE_LOSS.max(RELATIVE_LOSS * sure),
             Purpose::Airlight => PICTURE_LOSS,
+            Purpose::Nodes => {
+                let all: f64 = weighed.iter().map(|c| f64::from(c.most)).sum();
+                PICTURE_LOSS.min(1e-4 * all).max(RELATIVE_LOSS * sure)
+            }
         };
         Self::keep(field, bundle.origin, &weighed, loss)
     }

@@ -4,6 +4,7 @@ use super::batch::{Fogged, Hits, Rays, Row, Rows, SIZE, get3, load3};
 use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::{self, LightRow, add_airlight};
+use super::mapped;
 use crate::airlight::fogshop2007::LightSide;
 use crate::airlight::{Method, march, reference, sun2005};
 use crate::geometry::bundle::Bundle;
@@ -45,20 +46,16 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let beta = context.field.homogeneous.beta as f32;
     fogged.depth = hits.length.map(|length| length * beta);
     let method = if lit { context.method } else { Method::None };
-    let purpose = match method {
-        Method::Fogshop2007 | Method::Mapped => Purpose::Airlight,
-        _ => Purpose::Depth,
-    };
-    let list = blobs_on_view(context, rays, hits, purpose);
+    let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
+    let ends = Ends { rays, hits };
+    let list = blobs_on_view(context, &[ends], purpose);
     if method != Method::Fogshop2007 {
         add_depth(context, &list, rays, &hits.length, &mut fogged.depth);
     }
     match method {
         Method::None => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
-        Method::Mapped => {
-            super::mapped::add_airlight(context, &list, rays, hits, &mut fogged.airlight);
-        }
+        Method::Mapped => mapped::add_airlight(context, &[ends], &mut [&mut fogged.airlight]),
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
         }
@@ -71,16 +68,39 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     fogged
 }
 
-fn blobs_on_view(context: &Context, rays: &Rays, hits: &Hits, purpose: Purpose) -> BlobList {
+/// The same of tiles that stand together: an airlight that interpolates across the picture is
+/// formed for all of them at once.
+pub fn along_block(context: &Context, block: &[Ends<'_>], lit: bool) -> Vec<Fogged> {
+    let together = lit && context.method == Method::Mapped;
+    let alone = |ends: &Ends| along(context, ends.rays, ends.hits, lit && !together);
+    let mut fogged: Vec<_> = block.iter().map(alone).collect();
+    if together {
+        let mut airlight: Vec<_> = fogged.iter_mut().map(|fogged| &mut fogged.airlight).collect();
+        mapped::add_airlight(context, block, &mut airlight);
+    }
+    fogged
+}
+
+/// Rays and where they end.
+#[derive(Clone, Copy)]
+pub struct Ends<'a> {
+    /// The rays.
+    pub rays: &'a Rays,
+    /// Their first hits.
+    pub hits: &'a Hits,
+}
+
+/// The blobs that matter to some batches of view rays.
+pub fn blobs_on_view(context: &Context, block: &[Ends<'_>], purpose: Purpose) -> BlobList {
     if context.field.blobs.is_empty() {
         return BlobList::default();
     }
     let position = context.viewpoint.position;
-    let lengths = &hits.length[..rays.count];
-    let shortest = f64::from(lengths.iter().copied().fold(f32::INFINITY, f32::min));
-    let longest = f64::from(lengths.iter().copied().fold(0.0, f32::max));
+    let lengths = || block.iter().flat_map(|ends| &ends.hits.length[..ends.rays.count]).copied();
+    let shortest = f64::from(lengths().fold(f32::INFINITY, f32::min));
+    let longest = f64::from(lengths().fold(0.0, f32::max));
     // Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
-    let (bundle, shortest) = match bundle(position, rays, longest) {
+    let (bundle, shortest) = match bundle(position, block, longest) {
         Some(bundle) => (bundle, shortest),
         None => (Bundle::all_around(position, longest), 0.0),
     };
@@ -88,12 +108,13 @@ fn blobs_on_view(context: &Context, rays: &Rays, hits: &Hits, purpose: Purpose) 
 }
 
 /// Bounds view rays around the camera: in f32, by chords, which keep the digits of small angles.
-fn bundle(position: DVec3, rays: &Rays, longest: f64) -> Option<Bundle> {
-    let places = || 0..rays.count;
-    let axis = places().map(|at| get3(&rays.direction, at)).sum::<Vec3>().normalize();
+fn bundle(position: DVec3, block: &[Ends<'_>], longest: f64) -> Option<Bundle> {
+    let places = || block.iter().flat_map(|ends| (0..ends.rays.count).map(|at| (ends.rays, at)));
+    let direction = |(rays, at): (&Rays, usize)| get3(&rays.direction, at);
+    let axis = places().map(direction).sum::<Vec3>().normalize();
     let largest = |values: &mut dyn Iterator<Item = f32>| f64::from(values.fold(0.0, f32::max));
-    let chord2 = largest(&mut places().map(|at| get3(&rays.direction, at).distance_squared(axis)));
-    let radius2 = largest(&mut places().map(|at| get3(&rays.offset, at).length_squared()));
+    let chord2 = largest(&mut places().map(|place| direction(place).distance_squared(axis)));
+    let radius2 = largest(&mut places().map(|(rays, at)| get3(&rays.offset, at).length_squared()));
     let half = 0.5 * chord2.sqrt() + 1e-7;
     let cos = 1.0 - 2.0 * half * half;
     if cos < 0.17 {

@@ -2,7 +2,7 @@
 
 use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE, TILE};
 use super::cache::Cache;
-use super::fog::LitBlobs;
+use super::fog::{Ends, LitBlobs};
 use super::mapped::LightTable;
 use super::trace::{Order, Tracer};
 use super::viewpoint::{Grid, Viewpoint};
@@ -266,18 +266,36 @@ fn fog_along_views(context: &Context, hits: &[Hits], low: Option<&upsample::Low>
     if !context.shows_fog() {
         return Vec::new();
     }
-    context.progress.start(context.grid.count());
-    tiles(context, |index| {
-        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        if context.progress.is_over() {
-            return Fogged::clear();
+    let blocks = context.grid.blocks();
+    context.progress.start(blocks.len());
+    let done: Vec<_> = blocks.par_iter().map(|block| fog_of(context, hits, low, block)).collect();
+    let mut fogged = vec![Fogged::clear(); context.grid.count()];
+    for (block, values) in blocks.iter().zip(done) {
+        block.iter().zip(values).for_each(|(index, value)| fogged[*index] = value);
+    }
+    fogged
+}
+
+fn fog_of(
+    context: &Context,
+    hits: &[Hits],
+    low: Option<&upsample::Low>,
+    block: &[usize],
+) -> Vec<Fogged> {
+    if context.progress.is_over() {
+        return Vec::new();
+    }
+    context.progress.advance();
+    let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
+    let rays: Vec<_> = block.iter().map(rays).collect();
+    let both = || block.iter().zip(&rays);
+    match low {
+        Some(low) => both().map(|(i, rays)| low.fog(context, *i, rays, &hits[*i])).collect(),
+        None => {
+            let ends: Vec<_> = both().map(|(i, rays)| Ends { rays, hits: &hits[*i] }).collect();
+            fog::along_block(context, &ends, context.shows_airlight())
         }
-        context.progress.advance();
-        match low {
-            Some(low) => low.fog(context, index, &rays, &hits[index]),
-            None => context.fog(&rays, &hits[index]),
-        }
-    })
+    }
 }
 
 /// Times passes, and stops between them.

@@ -74,7 +74,7 @@ fn main() {
             .map(|(n, d)| format!("{}{:.0}", &n[..1], d.as_secs_f64() * 1e3))
             .collect();
         line += &format!(" [{}]", laps.join(" "));
-        eprintln!("pixels rule fill light split all span {:?}", fogbank_core::cpu::fog::times());
+
         if std::env::var("FAST").is_ok() {
             println!("{line}");
             continue;

@@ -238,9 +238,7 @@ fn between(context: &Context, lamp: &Lamp, paths: &Rays, length: &[f32; SIZE]) -
     let cone = Bundle::toward_ball(origin, center, radius);
     let shortest = if cone.is_some() { f64::from(shortest) } else { 0.0 };
     let bundle = cone.unwrap_or_else(all);
-    let mut near = Vec::new();
-    context.field.picture_tree().visit(&bundle, |place| near.push(place));
-    BlobList::new(context.field, &bundle, shortest, Purpose::Depth, near.into_iter())
+    BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth)
 }
 
 /// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth

@@ -1,4 +1,4 @@
-//! Airlight of a batch of rays by [`mapped`](crate::airlight::mapped)'s rule.
+//! Airlight of batches of rays by [`mapped`](crate::airlight::mapped)'s rule.
 //!
 //! What is expensive is smooth across the picture: at a node of the rule, ln β − T(v,x) and
 //! T(x,s)/d, the mean extinction towards the light, are evaluated on eight rays around a patch of
@@ -14,8 +14,9 @@ mod patch;
 mod pixels;
 mod table;
 
-use super::batch::{Hits, Rays, Rows, SIZE};
-use super::blobs::BlobList;
+use super::batch::Rows;
+use super::blobs::Purpose;
+use super::fog::{Ends, blobs_on_view};
 use super::frame::{Context, Lamp};
 use crate::airlight::ToLight;
 use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Rule, probes};
@@ -23,7 +24,7 @@ use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Control, Each, PADDED, Profile};
 use fearless_simd::{Simd, dispatch};
-use patch::{Patch, Places};
+use patch::{Patch, Places, Ray};
 use pixels::{Head, Light, TAIL, Tail, Terms, surface};
 pub use table::LightTable;
 
@@ -32,50 +33,43 @@ const LAYER: f32 = 0.12;
 /// A layer is at least this share of the fog's extent.
 const THIN: f32 = 0.02;
 
-/// Adds the airlight of every light along rays that end at `hits`.
-pub fn add_airlight(
-    context: &Context,
-    list: &BlobList,
-    rays: &Rays,
-    hits: &Hits,
-    airlight: &mut Rows,
-) {
-    let places = Places::new(context, rays);
-    let blobs = control::unpack(list);
+/// Adds the airlight of every light along the rays of some batches that stand together.
+pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut Rows]) {
+    let places = Places::new(context, block);
+    let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
     for lamp in &context.lamps {
-        let batch = Batch { context, blobs: &blobs, rays, hits, lamp, places: &places };
-        let mut patches = vec![Patch::whole(rays.count, &places)];
+        let pass = Pass { context, blobs: &blobs, block, lamp, places: &places };
+        let mut patches = vec![Patch::whole(block, &places)];
         while let Some(patch) = patches.pop() {
             match patch::split(context, lamp, &blobs, &places, &patch) {
                 Some(parts) => patches.extend(parts),
-                None => batch.light(&patch, airlight),
+                None => pass.light(&patch, airlight),
             }
         }
     }
 }
 
-/// A batch of rays before one light.
-struct Batch<'a> {
+/// Rays before one light.
+struct Pass<'a> {
     context: &'a Context<'a>,
     blobs: &'a [control::Blob],
-    rays: &'a Rays,
-    hits: &'a Hits,
+    block: &'a [Ends<'a>],
     lamp: &'a Lamp,
     places: &'a Places,
 }
 
-/// Rays that end between two ray parameters [m], as places in the batch.
+/// Rays that end between two ray parameters [m], as a part of a patch.
 struct Layer<'a> {
     from: f32,
     first: f32,
     last: f32,
-    members: &'a [u16],
+    members: &'a [Ray],
 }
 
-impl Batch<'_> {
+impl Pass<'_> {
     /// Adds the light's airlight to the rays of a patch.
-    fn light(&self, patch: &Patch, airlight: &mut Rows) {
-        let length = |at: &u16| self.hits.length[usize::from(*at)];
+    fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) {
+        let length = |ray: &Ray| self.block[ray.batch()].hits.length[ray.at()];
         let longest = patch.members.iter().map(length).fold(0.0, f32::max);
         let control = Control::around(self.context, patch);
         let clear = self.context.field.homogeneous.beta == 0.0;
@@ -112,7 +106,7 @@ impl Batch<'_> {
     }
 
     /// Adds the light's airlight to the rays of a layer.
-    fn layer(&self, patch: &Patch, control: &Control, layer: &Layer, airlight: &mut Rows) {
+    fn layer(&self, patch: &Patch, control: &Control, layer: &Layer, airlight: &mut [&mut Rows]) {
         let head = (layer.first - layer.from > 1e-6 * layer.first)
             .then(|| self.head(patch, control, layer.from, layer.first));
         let tail = (layer.last - layer.first > 1e-5 * (layer.last - layer.from))
@@ -188,7 +182,7 @@ impl Batch<'_> {
         layer: &Layer,
         head: Option<&Head>,
         tail: Option<&Tail>,
-        airlight: &mut Rows,
+        airlight: &mut [&mut Rows],
     ) {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
@@ -224,28 +218,27 @@ impl Batch<'_> {
             }
             let mut values = [0.0; 16];
             sum.store(&mut values);
-            for (value, at) in values.iter().zip(members) {
-                let at = usize::from(*at);
-                airlight[0][at] += value * rgb.x;
-                airlight[1][at] += value * rgb.y;
-                airlight[2][at] += value * rgb.z;
+            for (value, ray) in values.iter().zip(members) {
+                let (rows, at) = (&mut *airlight[ray.batch()], ray.at());
+                rows[0][at] += value * rgb.x;
+                rows[1][at] += value * rgb.y;
+                rows[2][at] += value * rgb.z;
             }
         }
     }
 
     /// Place in the picture, direction, start and length of a few rays; the last one repeated.
-    fn gather(&self, members: &[u16]) -> [[f32; 16]; 9] {
+    fn gather(&self, members: &[Ray]) -> [[f32; 16]; 9] {
         let mut rows = [[0.0; 16]; 9];
-        let (direction, offset) = (&self.rays.direction, &self.rays.offset);
         for lane in 0..16 {
-            let at = usize::from(members[lane.min(members.len() - 1)]);
-            rows[0][lane] = self.places.x[at];
-            rows[1][lane] = self.places.y[at];
+            let ray = members[lane.min(members.len() - 1)];
+            let (Ends { rays, hits }, at) = (&self.block[ray.batch()], ray.at());
+            [rows[0][lane], rows[1][lane]] = self.places.get(ray).to_array();
             for k in 0..3 {
-                rows[2 + k][lane] = direction[k][at];
-                rows[5 + k][lane] = offset[k][at];
+                rows[2 + k][lane] = rays.direction[k][at];
+                rows[5 + k][lane] = rays.offset[k][at];
             }
-            rows[8][lane] = self.hits.length[at];
+            rows[8][lane] = hits.length[at];
         }
         rows
     }
@@ -297,5 +290,3 @@ fn cubic(values: &[Each; TAIL]) -> [Each; TAIL] {
     }
     coefficients
 }
-
-const _: () = assert!(SIZE <= u16::MAX as usize);

@@ -2,6 +2,7 @@
 
 use super::control::Blob;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
+use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
 use glam::{DVec2, Vec2, Vec3};
 
@@ -12,43 +13,67 @@ const ROUGH: f32 = 2e-3;
 /// No patch is split below this [px].
 const SMALLEST: f32 = 1.0;
 
-/// Where rays pass through the picture [px].
-pub struct Places {
-    pub x: Row,
-    pub y: Row,
-}
+/// Where rays pass through the picture [px], batch by batch.
+pub struct Places(Vec<[Row; 2]>);
 
 impl Places {
-    /// Of a batch's rays.
-    pub fn new(context: &Context, rays: &Rays) -> Self {
-        let viewpoint = &context.viewpoint;
-        let (across, down) = viewpoint.picture_axes();
-        let forward = viewpoint.forward.as_vec3();
-        let half = 0.5 * viewpoint.size().as_vec2();
-        let mut places = Self { x: [0.0; SIZE], y: [0.0; SIZE] };
-        for at in 0..rays.count {
-            let point = if viewpoint.parallel {
-                get3(&rays.offset, at)
-            } else {
-                let direction = get3(&rays.direction, at);
-                direction / direction.dot(forward)
-            };
-            places.x[at] = (point.dot(across) + 1.0) * half.x;
-            places.y[at] = (point.dot(down) + 1.0) * half.y;
-        }
-        places
+    /// Of some batches' rays.
+    pub fn new(context: &Context, block: &[Ends<'_>]) -> Self {
+        Self(block.iter().map(|ends| places(context, ends.rays)).collect())
     }
 
-    fn get(&self, at: u16) -> Vec2 {
-        Vec2::new(self.x[usize::from(at)], self.y[usize::from(at)])
+    /// Of one ray.
+    pub fn get(&self, ray: Ray) -> Vec2 {
+        let [x, y] = &self.0[ray.batch()];
+        Vec2::new(x[ray.at()], y[ray.at()])
     }
 }
 
-/// Some rays of a batch and the rectangle of the picture that they pass through.
+fn places(context: &Context, rays: &Rays) -> [Row; 2] {
+    let viewpoint = &context.viewpoint;
+    let (across, down) = viewpoint.picture_axes();
+    let forward = viewpoint.forward.as_vec3();
+    let half = 0.5 * viewpoint.size().as_vec2();
+    let mut places = [[0.0; SIZE]; 2];
+    for at in 0..rays.count {
+        let point = if viewpoint.parallel {
+            get3(&rays.offset, at)
+        } else {
+            let direction = get3(&rays.direction, at);
+            direction / direction.dot(forward)
+        };
+        places[0][at] = (point.dot(across) + 1.0) * half.x;
+        places[1][at] = (point.dot(down) + 1.0) * half.y;
+    }
+    places
+}
+
+/// A ray of some batches.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray(u16);
+
+impl Ray {
+    /// From the batch and the place in it.
+    pub fn new(batch: usize, at: usize) -> Self {
+        Self((batch * SIZE + at) as u16)
+    }
+
+    /// Its batch.
+    pub fn batch(self) -> usize {
+        usize::from(self.0) / SIZE
+    }
+
+    /// Its place in the batch.
+    pub fn at(self) -> usize {
+        usize::from(self.0) % SIZE
+    }
+}
+
+/// Some rays and the rectangle of the picture that they pass through.
 #[derive(Clone, Debug)]
 pub struct Patch {
-    /// Places in the batch.
-    pub members: Vec<u16>,
+    /// The rays.
+    pub members: Vec<Ray>,
     /// Upper left corner [px].
     pub min: Vec2,
     /// Lower right corner [px].
@@ -56,12 +81,14 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// The first `count` rays of a batch.
-    pub fn whole(count: usize, places: &Places) -> Self {
-        Self::new((0..count as u16).collect(), places)
+    /// All rays of some batches.
+    pub fn whole(block: &[Ends<'_>], places: &Places) -> Self {
+        let rays =
+            |(batch, ends): (usize, &Ends)| (0..ends.rays.count).map(move |at| Ray::new(batch, at));
+        Self::new(block.iter().enumerate().flat_map(rays).collect(), places)
     }
 
-    fn new(members: Vec<u16>, places: &Places) -> Self {
+    fn new(members: Vec<Ray>, places: &Places) -> Self {
         let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for at in &members {
             let place = places.get(*at);
@@ -87,7 +114,7 @@ impl Patch {
 
     fn quarters(&self, places: &Places) -> Vec<Self> {
         let middle = self.middle();
-        let mut parts: [Vec<u16>; 4] = Default::default();
+        let mut parts: [Vec<Ray>; 4] = Default::default();
         for at in &self.members {
             let place = places.get(*at);
             parts[usize::from(place.x > middle.x) + 2 * usize::from(place.y > middle.y)].push(*at);

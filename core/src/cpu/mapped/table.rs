@@ -205,9 +205,7 @@ fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<V
     let rays: Vec<_> = square.iter().map(|direction| (light, *direction)).collect();
     let around = Bundle::around(&rays, longest);
     let bundle = around.unwrap_or(Bundle::all_around(light, longest));
-    let mut near = Vec::new();
-    field.picture_tree().visit(&bundle, |place| near.push(place));
-    let list = BlobList::new(field, &bundle, 0.0, Purpose::Airlight, near.into_iter());
+    let list = BlobList::new(context.level, field, &bundle, 0.0, Purpose::Nodes);
     let blobs = control::unpack(&list);
     let mut all = Vec::with_capacity(square.len());
     for rays in square.chunks(control::CONTROL) {
