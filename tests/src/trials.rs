@@ -1,9 +1,12 @@
 //! Ten scenes chosen to break an airlight estimator, and the exact scenes that may lie beside the
 //! project.
 
-use crate::scenes::Random;
+use crate::scenes::{Random, pixel_rays, probe, render, scene, view};
 use crate::truth;
 use fogbank_core::presets;
+use fogbank_core::request::{Layer, Quality};
+use fogbank_core::scene::{CheckedScene, Scene};
+use glam::DVec3;
 use serde_json::{Value, json};
 
 /// A scene with the name under which its errors are listed.
@@ -34,6 +37,99 @@ pub fn exact() -> Vec<Trial> {
     scenes.into_iter().flatten().map(trial).collect()
 }
 
+/// Relative errors of some pixels: median, 95th percentile, the largest.
+pub type Errors = [f64; 3];
+
+/// What a picture of a trial is off by.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Over pixels spread over the picture.
+    pub everywhere: Errors,
+    /// Within a tenth of the picture's height of a lamp's image, if one is in view.
+    pub near_lamps: Option<Errors>,
+}
+
+impl Trial {
+    /// The errors of one estimator's picture, `height` pixels high and 4:3, against `reference`
+    /// along the rays of `count` pixels each: |a − b| / max(b, 1e-3 · mean b) of the luminance.
+    pub fn measure(&self, airlight: &str, quality: Quality, height: u32, count: usize) -> Measured {
+        let with = |airlight: &str| {
+            let mut json = self.scene.clone();
+            json["fog"]["airlight"] = airlight.into();
+            scene(&json)
+        };
+        let (asked, exact) = (with(airlight), with("reference"));
+        let width = height * 4 / 3;
+        let frame = render(&asked, &view(width, height, Layer::Airlight, quality));
+        let mut random = Random(5);
+        let all = (width * height) as usize;
+        let even: Vec<_> = (0..count).map(|_| random.bits() as usize % all).collect();
+        let near = near_lamps(&exact, width, height, count, &mut random);
+        let rays = pixel_rays(&exact, width, height);
+        let measure = |pixels: &[usize]| {
+            let some: Vec<_> = pixels.iter().map(|at| rays[*at]).collect();
+            let truth: Vec<_> =
+                probe(&exact, &some).iter().map(|answer| luminance(answer.airlight.0)).collect();
+            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+            let error = |(at, b): (&usize, &f64)| {
+                let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
+                (luminance(a) - b).abs() / b.max(1e-3 * mean).max(f64::MIN_POSITIVE)
+            };
+            quantiles(pixels.iter().zip(&truth).map(error).collect())
+        };
+        Measured {
+            everywhere: measure(&even),
+            near_lamps: (!near.is_empty()).then(|| measure(&near)),
+        }
+    }
+}
+
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+fn quantiles(mut errors: Vec<f64>) -> Errors {
+    errors.sort_unstable_by(f64::total_cmp);
+    let last = errors.len() - 1;
+    [0.5, 0.95, 1.0].map(|share| errors[(last as f64 * share) as usize])
+}
+
+/// Pixels around the lamps' images, as many at each distance, in the logarithm.
+fn near_lamps(
+    scene: &CheckedScene,
+    width: u32,
+    height: u32,
+    count: usize,
+    random: &mut Random,
+) -> Vec<usize> {
+    let rays = pixel_rays(scene, width, height);
+    let mut near = Vec::new();
+    for (_, light) in scene.lights() {
+        let image = |ray: usize| {
+            let to: DVec3 = light.position.vector() - rays[ray].origin;
+            to.normalize().dot(rays[ray].direction)
+        };
+        let closest = (0..rays.len()).max_by(|a, b| image(*a).total_cmp(&image(*b))).unwrap_or(0);
+        let (x, y) = ((closest as u32 % width) as f64, (closest as u32 / width) as f64);
+        let at_rim =
+            x < 1.0 || y < 1.0 || x > f64::from(width) - 2.0 || y > f64::from(height) - 2.0;
+        for _ in 0..if at_rim { 0 } else { count } {
+            let (radius, angle) =
+                (random.decades(0.5, 0.1 * f64::from(height)), random.between(0.0, 6.283));
+            let (x, y) = (x + radius * angle.cos() + 0.5, y + radius * angle.sin() + 0.5);
+            if x >= 0.0 && y >= 0.0 && x < f64::from(width) && y < f64::from(height) {
+                near.push(y as usize * width as usize + x as usize);
+            }
+        }
+    }
+    near
+}
+
+/// Both lists.
+pub fn all() -> Vec<Trial> {
+    exact().into_iter().chain(hard()).collect()
+}
+
 /// The ten scenes.
 pub fn hard() -> Vec<Trial> {
     vec![
@@ -53,8 +149,8 @@ pub fn hard() -> Vec<Trial> {
 
 fn preset(name: &str, title: &str) -> Trial {
     let found = presets::all().into_iter().find(|preset| preset.name == name);
-    let scene = found.map(|preset| serde_json::to_value(preset.scene).unwrap_or_default());
-    Trial::new(name, title, scene.unwrap_or_default())
+    let scene = found.map_or_else(Scene::default, |preset| preset.scene);
+    Trial::new(name, title, serde_json::to_value(scene).unwrap_or_default())
 }
 
 fn camera(position: [f64; 3], target: [f64; 3]) -> Value {

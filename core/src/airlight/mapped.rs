@@ -1,5 +1,6 @@
 //! Airlight by one Gauss rule over the whole ray, in a variable that is smooth wherever the
-//! integrand β e^(−T(v,x)−T(x,s)) / d² is: any sum of media, any place of the light, isotropic.
+//! integrand β e^(−T(v,x)−T(x,s)) / d² is: any sum of media, any place of the light, any phase
+//! function.
 //!
 //! The variable mixes three maps of the ray, each of which spreads the nodes evenly over one cause
 //! of variation: the angle seen from the light (1/d² becomes constant), the medium that is seen and
@@ -27,6 +28,8 @@ pub const PROBES: usize = 32;
 const LIGHT_SHARE: f64 = 0.45;
 /// Share of the nodes that lie evenly.
 const EVEN_SHARE: f64 = 0.1;
+/// No ray is shorter [m]: the square of its part must not vanish.
+const SHORTEST: f64 = 1e-100;
 /// Optical depth behind which nothing is seen: e⁻²⁴.
 pub const OPAQUE: f64 = 24.0;
 
@@ -116,14 +119,21 @@ struct Step {
     weight: f64,
 }
 
+/// One angle's share of the map: `weight` · atan((t − closest)/`miss`).
+#[derive(Clone, Copy, Debug)]
+struct Angle {
+    miss: f64,
+    weight: f64,
+}
+
 /// The map t → q from a piece of a ray to [0, 1] in which the integrand is smooth.
 #[derive(Clone, Debug)]
 pub struct Map {
     from: f64,
     to: f64,
-    light: ToLight<f64>,
+    closest: f64,
+    angles: Vec<Angle>,
     steps: Vec<Step>,
-    angle_weight: f64,
     even_weight: f64,
 }
 
@@ -134,7 +144,13 @@ pub fn probes(from: f64, to: f64) -> [f64; PROBES] {
 
 impl Map {
     /// For a piece of a ray, given √(k(α) β e^(−T(v,x)−T(x,s))) up to a factor at its [`probes`].
-    pub fn new(from: f64, to: f64, light: ToLight<f64>, seen: &[f64; PROBES]) -> Self {
+    pub fn new(
+        phase: Phase,
+        from: f64,
+        to: f64,
+        light: ToLight<f64>,
+        seen: &[f64; PROBES],
+    ) -> Self {
         let width = (to - from) / PROBES as f64;
         let at = probes(from, to);
         let cell = |i: usize| Lump { mass: seen[i], mean: at[i], variance: width * width / 6.0 };
@@ -150,23 +166,27 @@ impl Map {
         };
         let steps: Vec<_> = lumps.iter().map(step).collect();
         let even_share = EVEN_SHARE + if steps.is_empty() { medium_share } else { 0.0 };
-        let angle = |t: f64| ((t - light.closest) / light.miss).atan();
-        Self {
-            from,
-            to,
-            light,
-            steps,
-            angle_weight: LIGHT_SHARE / (angle(to) - angle(from)).max(f64::MIN_POSITIVE),
-            even_weight: even_share / (to - from),
-        }
+        // A narrow phase function prefers points from where the light stands straight ahead.
+        let wide = light.miss / (1.0 - phase.g.abs());
+        let share = if phase.is_isotropic() { LIGHT_SHARE } else { 0.5 * LIGHT_SHARE };
+        let angle = |miss: f64| {
+            let at = |t: f64| ((t - light.closest) / miss).atan();
+            Angle { miss, weight: share / (at(to) - at(from)).max(f64::MIN_POSITIVE) }
+        };
+        let mut angles = vec![angle(light.miss)];
+        angles.extend((!phase.is_isotropic()).then(|| angle(wide)));
+        let even_weight = even_share / (to - from);
+        Self { from, to, closest: light.closest, angles, steps, even_weight }
     }
 
     /// q(t), up to a constant, and dq/dt.
     fn value(&self, t: f64) -> (f64, f64) {
-        let ToLight { closest, miss } = self.light;
-        let s = (t - closest) / miss;
-        let mut q = self.angle_weight * s.atan() + self.even_weight * t;
-        let mut slope = self.angle_weight / (miss * (1.0 + s * s)) + self.even_weight;
+        let (mut q, mut slope) = (self.even_weight * t, self.even_weight);
+        for Angle { miss, weight } in &self.angles {
+            let s = (t - self.closest) / miss;
+            q += weight * s.atan();
+            slope += weight / (miss * (1.0 + s * s));
+        }
         for Step { mean, scale, weight } in &self.steps {
             let x = (t - mean) * scale;
             q += weight * libm::erf(x);
@@ -226,13 +246,16 @@ pub fn airlight(
     let path = Path::new(field, light, origin, direction, length);
     let Some((from, to)) = path.span(length) else { return 0.0 };
     let to = path.reaches(OPAQUE, from, to);
+    if to - from <= SHORTEST {
+        return 0.0;
+    }
     let seen = |t: f64| {
         let lit = path.lit(t);
         let through = (-path.depth(t) - lit.depth).exp();
         (path.extinction(t) * phase.value(lit.cos) * through, lit.distance)
     };
     let monitor = probes(from, to).map(|t| seen(t).0.sqrt());
-    let Rule { t, weight } = Map::new(from, to, path.to_light, &monitor).rule();
+    let Rule { t, weight } = Map::new(phase, from, to, path.to_light, &monitor).rule();
     let node = |j: usize| {
         let (value, distance) = seen(t[j]);
         weight[j] * value / (distance * distance)

@@ -2,13 +2,13 @@
 
 use super::patch::Patch;
 use super::table::LightTable;
-use crate::airlight::ENDS;
+use crate::airlight::{ENDS, ToLight};
 use crate::cpu::batch::{Rays, SIZE};
 use crate::cpu::blobs::{BlobList, DENSE, Packed, Purpose};
 use crate::cpu::frame::{Context, Lamp};
 use crate::cpu::kernels::add_depth;
 use crate::geometry::bundle::Bundle;
-use crate::media::gaussians::HALF_SQRT_PI;
+use crate::media::gaussians::{HALF_SQRT_PI, Line};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
@@ -81,9 +81,18 @@ impl Control {
         Self::new(context, |c| middle + half * Vec2::from(PLACES[c]))
     }
 
-    /// As many times the ray in the middle of a patch as a row holds.
-    pub fn center(context: &Context, patch: &Patch) -> Self {
-        Self { count: PADDED, ..Self::new(context, |_| patch.middle()) }
+    /// As many times one ray as a row holds, at a place of the patch in [−1, 1]².
+    pub fn within(context: &Context, patch: &Patch, place: [f32; 2]) -> Self {
+        let place = patch.middle() + patch.half() * Vec2::from(place);
+        Self { count: PADDED, ..Self::new(context, |_| place) }
+    }
+
+    /// Where a light stands relative to the first of the rays, of that length.
+    pub fn light(&self, lamp: &Lamp, length: f32) -> ToLight<f64> {
+        let first = |rows: &[Each; 3]| rows.map(|row| f64::from(row[0])).into();
+        let (offset, direction): (DVec3, DVec3) = (first(&self.offset), first(&self.direction));
+        let light = lamp.from_camera - offset;
+        ToLight::new(light.into(), direction.normalize().into(), f64::from(length))
     }
 
     fn empty() -> Self {
@@ -273,8 +282,12 @@ fn fill<S: Simd, const PARALLEL: bool>(
             let end = begin + ends[begin..].partition_point(|end| end.0 <= last);
             for j in begin..end {
                 let s = a.mul_add(Lanes::load(simd, &t[j][at..]), -middle);
-                let gathered =
-                    if dense { Num::erf_difference(-middle, s) } else { s.erf() - begins };
+                let gathered = if dense {
+                    let line = Line { start: -middle, end: s, miss2: s, peak: s };
+                    line.between(a * Lanes::load(simd, &t[j][at..]))
+                } else {
+                    s.erf() - begins
+                };
                 add(simd, density * gathered, &mut out.depth[j], at);
                 add(simd, core * (-s.squared()).exp(), &mut out.log_beta[j], at);
             }

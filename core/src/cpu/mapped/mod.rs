@@ -18,18 +18,26 @@ use super::batch::Rows;
 use super::blobs::Purpose;
 use super::fog::{Ends, blobs_on_view};
 use super::frame::{Context, Lamp};
-use crate::airlight::ToLight;
 use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Rule, probes};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Control, Each, PADDED, Profile};
 use fearless_simd::{Simd, dispatch};
-use patch::{Patch, Places, Ray};
-use pixels::{Head, Light, TAIL, Tail, Terms, surface};
+use patch::{Patch, Places, Ray, SMALLEST};
+use pixels::{Head, Light, TAIL, Tail, Terms, at, surface};
 pub use table::LightTable;
 
 /// Rays of a layer end within this share of each other's way through the fog.
 const LAYER: f32 = 0.12;
+/// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
+const CHECK: [f32; 2] = [0.55, 0.45];
+/// A patch is split where its airlight is off by more than this there.
+const ROUGH: f64 = 3e-4;
+/// Optical depth of a ray that is as good as clear.
+const UNSEEN: f32 = 1e-4;
+/// A patch of more layers than this, and larger than that [px], is split.
+const MOST_LAYERS: usize = 3;
+const LEAST_LAYERED: f32 = 8.0;
 /// A layer is at least this share of the fog's extent.
 const THIN: f32 = 0.02;
 
@@ -41,10 +49,9 @@ pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut 
         let pass = Pass { context, blobs: &blobs, block, lamp, places: &places };
         let mut patches = vec![Patch::whole(block, &places)];
         while let Some(patch) = patches.pop() {
-            match patch::split(context, lamp, &blobs, &places, &patch) {
-                Some(parts) => patches.extend(parts),
-                None => pass.light(&patch, airlight),
-            }
+            let parts = patch::split(context, lamp, &places, &patch)
+                .or_else(|| pass.light(&patch, airlight));
+            patches.extend(parts.into_iter().flatten());
         }
     }
 }
@@ -67,18 +74,19 @@ struct Layer<'a> {
 }
 
 impl Pass<'_> {
-    /// Adds the light's airlight to the rays of a patch.
-    fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) {
+    /// Adds the light's airlight to the rays of a patch; its parts, if they end too differently.
+    fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) -> Option<Vec<Patch>> {
         let length = |ray: &Ray| self.block[ray.batch()].hits.length[ray.at()];
         let longest = patch.members.iter().map(length).fold(0.0, f32::max);
         let control = Control::around(self.context, patch);
         let clear = self.context.field.homogeneous.beta == 0.0;
         let span = if clear { control.span(self.blobs, longest) } else { Some((0.0, longest)) };
-        let Some((from, to)) = span.filter(|span| span.0 < span.1) else { return };
-        let to = self.opaque_from(patch, from, to);
+        let (from, to) = span.filter(|span| span.0 < span.1)?;
+        let to = self.opaque_from(&control, from, to);
         let mut members = patch.members.clone();
         members.retain(|at| length(at) > from);
         members.sort_unstable_by(|a, b| length(a).total_cmp(&length(b)));
+        let mut layers = Vec::new();
         let mut rest = members.as_slice();
         while let Some(nearest) = rest.first() {
             let first = length(nearest).min(to);
@@ -86,46 +94,95 @@ impl Pass<'_> {
             let count = rest.partition_point(|at| length(at).min(to) <= reach);
             let (members, behind) = rest.split_at(count);
             let last = members.last().map_or(first, |at| length(at).min(to));
-            self.layer(patch, &control, &Layer { from, first, last, members }, airlight);
+            layers.push(Layer { from, first, last, members });
             rest = behind;
         }
+        if layers.len() > MOST_LAYERS && patch.size() > LEAST_LAYERED {
+            return Some(patch.quarters(self.places));
+        }
+        let heads: Vec<_> = layers
+            .iter()
+            .map(|layer| {
+                let seen = layer.first - layer.from > 1e-6 * layer.first;
+                seen.then(|| self.head(patch, &control, layer.from, layer.first))
+            })
+            .collect();
+        let rough = |head: &Head| self.is_rough(patch, head);
+        if patch.size() > SMALLEST && heads.iter().flatten().any(rough) {
+            return Some(patch.quarters(self.places));
+        }
+        for (layer, head) in layers.iter().zip(&heads) {
+            self.layer(patch, &control, layer, head.as_ref(), airlight);
+        }
+        None
+    }
+
+    /// Whether quadratics miss the fields so much that it shows, at a place where all their errors
+    /// do.
+    fn is_rough(&self, patch: &Patch, head: &Head) -> bool {
+        let context = self.context;
+        let check = Control::within(context, patch, CHECK);
+        let mut t = [[head.t[NODES - 1]; PADDED]; NODES.div_ceil(PADDED)];
+        (0..NODES).for_each(|j| t[j / PADDED][j % PADDED] = head.t[j]);
+        let Profile { log_beta, depth } = check.profile(context, self.blobs, &t);
+        let mean = check.toward_light(context, self.lamp, &t);
+        let [x, y] = CHECK;
+        let light = check.light(self.lamp, head.t[NODES - 1]);
+        let (mut exact, mut off) = (0.0f64, 0.0f64);
+        for j in 0..NODES {
+            let (row, lane) = (j / PADDED, j % PADDED);
+            let distance = (f64::from(head.t[j]) - light.closest).hypot(light.miss);
+            let value = |log: f32, mean: f32| {
+                (f64::from(log) - f64::from(mean) * distance).exp() / (distance * distance)
+            };
+            let log = log_beta[row][lane] - depth[row][lane] + head.log_weight[j];
+            let is = value(log, mean[row][lane]);
+            exact += is;
+            off += value(at(&head.log[j], x, y), at(&head.mean[j], x, y)) - is;
+        }
+        let thin = depth[NODES / PADDED][(NODES - 1) % PADDED] < UNSEEN;
+        off.abs() > ROUGH * exact && !thin
     }
 
     /// Where nothing behind is seen any more.
-    fn opaque_from(&self, patch: &Patch, from: f32, to: f32) -> f32 {
+    fn opaque_from(&self, control: &Control, from: f32, to: f32) -> f32 {
         let beta = self.context.field.homogeneous.beta as f32;
         let most = beta * to + self.blobs.iter().map(|blob| 2.0 * blob.k).sum::<f32>();
         if most < OPAQUE as f32 {
             return to;
         }
-        let t = spread(&probes(f64::from(from), f64::from(to)));
-        let center = Control::center(self.context, patch);
-        let depth = flatten(&center.profile(self.context, self.blobs, &t).depth);
-        let opaque = depth.iter().position(|depth| *depth > OPAQUE as f32);
-        opaque.map_or(to, |at| t[at / PADDED][at % PADDED])
+        let t = probes(f64::from(from), f64::from(to)).map(|t| [t as f32; PADDED]);
+        let depth = control.profile(self.context, self.blobs, &t).depth;
+        let thinnest =
+            |depth: &Each| depth[..CONTROL].iter().copied().fold(f32::INFINITY, f32::min);
+        let opaque = depth.iter().position(|depth| thinnest(depth) > OPAQUE as f32);
+        opaque.map_or(to, |at| t[at][0])
     }
 
     /// Adds the light's airlight to the rays of a layer.
-    fn layer(&self, patch: &Patch, control: &Control, layer: &Layer, airlight: &mut [&mut Rows]) {
-        let head = (layer.first - layer.from > 1e-6 * layer.first)
-            .then(|| self.head(patch, control, layer.from, layer.first));
+    fn layer(
+        &self,
+        patch: &Patch,
+        control: &Control,
+        layer: &Layer,
+        head: Option<&Head>,
+        airlight: &mut [&mut Rows],
+    ) {
         let tail = (layer.last - layer.first > 1e-5 * (layer.last - layer.from))
             .then(|| self.tail(control, layer.first, layer.last));
         dispatch!(self.context.level, simd => {
-            self.add(simd, patch, layer, head.as_ref(), tail.as_ref(), airlight);
+            self.add(simd, patch, layer, head, tail.as_ref(), airlight);
         });
     }
 
     /// The nodes for what lies between two ray parameters, placed for the patch's middle.
     fn rule(&self, patch: &Patch, from: f64, to: f64) -> Rule {
         let context = self.context;
-        let center = Control::center(context, patch);
+        let center = Control::within(context, patch, [0.0; 2]);
         let t = spread(&probes(from, to));
         let Profile { log_beta, depth } = center.profile(context, self.blobs, &t);
         let mean = center.toward_light(context, self.lamp, &t);
-        let (offset, direction) = context.viewpoint.ray(patch.middle().as_dvec2());
-        let light = self.lamp.from_camera - offset;
-        let to_light = ToLight::new(light.into(), direction.into(), to);
+        let to_light = center.light(self.lamp, to as f32);
         let (log_beta, depth, mean) = (flatten(&log_beta), flatten(&depth), flatten(&mean));
         let at = probes(from, to);
         let seen = std::array::from_fn(|i| {
@@ -134,7 +191,7 @@ impl Pass<'_> {
             let phase = context.phase.value((to_light.closest - at[i]) / distance);
             (0.5 * log).exp() * phase.sqrt()
         });
-        Map::new(from, to, to_light, &seen).rule()
+        Map::new(context.phase, from, to, to_light, &seen).rule()
     }
 
     fn head(&self, patch: &Patch, control: &Control, from: f32, to: f32) -> Head {
@@ -145,12 +202,14 @@ impl Pass<'_> {
         let mut head = Head {
             t: rule.t.map(|t| t as f32),
             log: [[0.0; CONTROL]; NODES],
+            log_weight: [0.0; NODES],
             most: [f32::NEG_INFINITY; NODES],
             mean: [[0.0; CONTROL]; NODES],
         };
         for j in 0..NODES {
             let weight = (rule.weight[j] as f32).max(f32::MIN_POSITIVE).ln();
             let log = seen(&log_beta[j], &depth[j], weight);
+            head.log_weight[j] = weight;
             head.most[j] = most(&log);
             head.log[j] = surface(&log);
             head.mean[j] = surface(&mean[j]);

@@ -1,17 +1,16 @@
 //! Patches of the picture over which fields are interpolated.
 
-use super::control::Blob;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
 use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, Vec2};
 
 /// A patch is at most this share of its distance from a light's image.
 const NEAR: f32 = 0.4;
-/// A patch of blobs is split while quadratics may be off by this much in optical depth.
-const ROUGH: f32 = 2e-3;
+/// Half a patch's diagonal is at most this [rad].
+const WIDE: f64 = 0.06;
 /// No patch is split below this [px].
-const SMALLEST: f32 = 1.0;
+pub const SMALLEST: f32 = 0.5;
 
 /// Where rays pass through the picture [px], batch by batch.
 pub struct Places(Vec<[Row; 2]>);
@@ -98,7 +97,7 @@ impl Patch {
     }
 
     /// The longer side [px].
-    fn size(&self) -> f32 {
+    pub fn size(&self) -> f32 {
         (self.max - self.min).max_element()
     }
 
@@ -109,10 +108,11 @@ impl Patch {
 
     /// Half its sides, never quite nothing [px].
     pub fn half(&self) -> Vec2 {
-        (0.5 * (self.max - self.min)).max(Vec2::splat(0.25))
+        (0.5 * (self.max - self.min)).max(Vec2::splat(1e-3))
     }
 
-    fn quarters(&self, places: &Places) -> Vec<Self> {
+    /// Its rays, by the quarter that they pass through.
+    pub fn quarters(&self, places: &Places) -> Vec<Self> {
         let middle = self.middle();
         let mut parts: [Vec<Ray>; 4] = Default::default();
         for at in &self.members {
@@ -124,44 +124,17 @@ impl Patch {
     }
 }
 
-/// Parts of a patch over which one set of nodes and quadratics do not suffice for a light.
-pub fn split(
-    context: &Context,
-    lamp: &Lamp,
-    blobs: &[Blob],
-    places: &Places,
-    patch: &Patch,
-) -> Option<Vec<Patch>> {
+/// Parts of a patch over which one set of nodes does not suffice for a light.
+pub fn split(context: &Context, lamp: &Lamp, places: &Places, patch: &Patch) -> Option<Vec<Patch>> {
     let size = patch.size();
-    if size <= SMALLEST {
-        return None;
-    }
-    let near = near_image(context, lamp, patch) || is_rough(context, blobs, patch);
-    near.then(|| patch.quarters(places))
-}
-
-fn near_image(context: &Context, lamp: &Lamp, patch: &Patch) -> bool {
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
-    image.is_some_and(|image| patch.size() > NEAR * patch.middle().distance(image))
+    let near = image.is_some_and(|image| size > NEAR * patch.middle().distance(image));
+    (size > SMALLEST && (near || is_wide(context, patch))).then(|| patch.quarters(places))
 }
 
-/// Whether blobs are so small in the picture that quadratics miss their shape.
-fn is_rough(context: &Context, blobs: &[Blob], patch: &Patch) -> bool {
+/// Whether a patch's rays spread so much that no field is a quadratic across them.
+fn is_wide(context: &Context, patch: &Patch) -> bool {
+    let direction = |place: Vec2| context.viewpoint.ray(place.as_dvec2()).1;
     let (middle, half) = (patch.middle(), patch.half());
-    let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
-    let (rim_offset, rim) = context.viewpoint.ray((middle + half).as_dvec2());
-    let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
-    // Half the patch's diagonal: per metre of distance, else in metres.
-    let (spread, width) =
-        ((rim - axis.as_dvec3()).length() as f32, (rim_offset - offset.as_dvec3()).length() as f32);
-    let mut error = 0.0;
-    for blob in blobs {
-        let b = Vec3::from(blob.b) - offset * blob.a;
-        let along = b.dot(axis);
-        let half = (along.abs() * spread + width * blob.a).min(4.0);
-        let miss = (b.cross(axis).length() - half).max(0.0);
-        // The third derivative of a Gaussian, met over half a patch.
-        error += 0.25 * blob.k * half * half * half * (-miss * miss).exp();
-    }
-    error > ROUGH
+    direction(middle).distance(direction(middle + half)) > WIDE
 }

@@ -20,8 +20,10 @@ pub const TAIL: usize = 4;
 pub struct Head {
     /// Ray parameters [m].
     pub t: [f32; NODES],
-    /// ln(w β) − T, w the node's weight.
+    /// ln(w β) − T, w the node's weight [m].
     pub log: [Surface; NODES],
+    /// ln w.
+    pub log_weight: [f32; NODES],
     /// Its largest value on the eight rays: quadratics may overshoot.
     pub most: [f32; NODES],
     /// T(x, s)/d [1/m].
@@ -60,6 +62,12 @@ pub fn surface(values: &Each) -> Surface {
     let y = 0.5 * (bottom - top);
     let xy = 0.5 * (lower_x - upper_x);
     [one, x, y, xx, xy, yy, xxy, xyy]
+}
+
+/// A field at a place of the square [−1, 1]².
+pub fn at(field: &Surface, x: f32, y: f32) -> f32 {
+    let [one, a, b, c, d, e, f, g] = field;
+    one + a * x + b * y + c * x * x + d * x * y + e * y * y + f * x * x * y + g * x * y * y
 }
 
 /// The terms of a [`Surface`] at a pixel.
