@@ -1,6 +1,7 @@
 //! A finished frame as a file.
 
 mod display;
+pub mod flip;
 mod float;
 mod screen;
 
