@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 use std::sync::LazyLock;
 
 /// Nodes of the rule.
-pub const NODES: usize = 40;
+pub const NODES: usize = 48;
 /// Places along a ray where the medium is looked at before the nodes are placed.
 pub const PROBES: usize = 32;
 /// Share of the nodes that the light's map places.
@@ -137,25 +137,57 @@ pub struct Map {
     even_weight: f64,
 }
 
-/// The middles of [`PROBES`] equal parts of a piece of a ray.
-pub fn probes(from: f64, to: f64) -> [f64; PROBES] {
-    std::array::from_fn(|i| from + (to - from) * (i as f64 + 0.5) / PROBES as f64)
+/// Where the medium on a piece of a ray is looked at: the middles of parts that are short where fog
+/// lies or the light is near.
+#[derive(Clone, Copy, Debug)]
+pub struct Probes {
+    /// Ray parameters [m].
+    pub at: [f64; PROBES],
+    /// Lengths of the parts [m].
+    width: [f64; PROBES],
+}
+
+impl Probes {
+    /// For a piece of a ray of which a part may hold more fog than the rest.
+    pub fn new(from: f64, to: f64, dense: Option<(f64, f64)>, light: &ToLight<f64>) -> Self {
+        let mut ends = [to; PROBES + 1];
+        let (low, high) = dense.map_or((from, to), |(a, b)| (a.clamp(from, to), b.clamp(from, to)));
+        let angle = |t: f64| ((t - light.closest) / light.miss).atan();
+        let (first, last) = (angle(from), angle(to));
+        for (i, end) in ends.iter_mut().enumerate() {
+            let share = (i / 4) as f64 / (PROBES / 4) as f64;
+            let seen = light.closest + light.miss * (first + share * (last - first)).tan();
+            *end = match i % 4 {
+                0 => from + (to - from) * share,
+                1 => seen.clamp(from, to),
+                _ => low + (high - low) * ((i / 4 * 2 + i % 2) as f64 + 0.5) / (PROBES / 2) as f64,
+            };
+        }
+        (ends[0], ends[PROBES]) = (from, to);
+        ends.sort_unstable_by(f64::total_cmp);
+        Self {
+            at: std::array::from_fn(|i| 0.5 * (ends[i] + ends[i + 1])),
+            width: std::array::from_fn(|i| ends[i + 1] - ends[i]),
+        }
+    }
 }
 
 impl Map {
-    /// For a piece of a ray, given √(k(α) β e^(−T(v,x)−T(x,s))) up to a factor at its [`probes`].
+    /// For a piece of a ray, given √(k(α) β e^(−T(v,x)−T(x,s))) up to a factor at its probes.
     pub fn new(
         phase: Phase,
         from: f64,
         to: f64,
         light: ToLight<f64>,
+        probes: &Probes,
         seen: &[f64; PROBES],
     ) -> Self {
-        let width = (to - from) / PROBES as f64;
-        let at = probes(from, to);
-        let cell = |i: usize| Lump { mass: seen[i], mean: at[i], variance: width * width / 6.0 };
+        let cell = |i: usize| {
+            let (mean, width) = (probes.at[i], probes.width[i]);
+            Lump { mass: seen[i] * width, mean, variance: width * width / 6.0 }
+        };
         let mut lumps = group(&std::array::from_fn(cell)).to_vec();
-        lumps.retain(|lump| lump.mass > 0.0);
+        lumps.retain(|lump| lump.mass > 0.0 && lump.variance > 0.0);
         let total: f64 = lumps.iter().map(|lump| lump.mass).sum();
         let medium_share = 1.0 - LIGHT_SHARE - EVEN_SHARE;
         let step = |lump: &Lump| {
@@ -254,8 +286,9 @@ pub fn airlight(
         let through = (-path.depth(t) - lit.depth).exp();
         (path.extinction(t) * phase.value(lit.cos) * through, lit.distance)
     };
-    let monitor = probes(from, to).map(|t| seen(t).0.sqrt());
-    let Rule { t, weight } = Map::new(phase, from, to, path.to_light, &monitor).rule();
+    let probes = Probes::new(from, to, path.dense(length), &path.to_light);
+    let monitor = probes.at.map(|t| seen(t).0.sqrt());
+    let Rule { t, weight } = Map::new(phase, from, to, path.to_light, &probes, &monitor).rule();
     let node = |j: usize| {
         let (value, distance) = seen(t[j]);
         weight[j] * value / (distance * distance)

@@ -102,6 +102,11 @@ impl Path {
         if self.beta > 0.0 {
             return (length > 0.0).then_some((0.0, length));
         }
+        self.dense(length)
+    }
+
+    /// The same of the blobs alone.
+    pub fn dense(&self, length: f64) -> Option<(f64, f64)> {
         let from = self.met.iter().map(|met| met.at - ENDS / met.a).fold(f64::INFINITY, f64::min);
         let to = self.met.iter().map(|met| met.at + ENDS / met.a).fold(0.0, f64::max);
         let (from, to) = (from.max(0.0), to.min(length));

@@ -18,12 +18,12 @@ use super::batch::Rows;
 use super::blobs::Purpose;
 use super::fog::{Ends, blobs_on_view};
 use super::frame::{Context, Lamp};
-use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Rule, probes};
+use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Probes, Rule};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Control, Each, PADDED, Profile};
 use fearless_simd::{Simd, dispatch};
-use patch::{Patch, Places, Ray, SMALLEST};
+use patch::{Patch, Places, Ray, SMALLEST, Surroundings};
 use pixels::{Head, Light, TAIL, Tail, Terms, at, surface};
 pub use table::LightTable;
 
@@ -38,7 +38,7 @@ const UNSEEN: f32 = 1e-4;
 /// A patch of more layers than this, and larger than that [px], is split.
 const MOST_LAYERS: usize = 3;
 const LEAST_LAYERED: f32 = 8.0;
-/// A layer is at least this share of the fog's extent.
+/// A layer is at least this share of the blobs' extent.
 const THIN: f32 = 0.02;
 
 /// Adds the airlight of every light along the rays of some batches that stand together.
@@ -46,10 +46,11 @@ pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut 
     let places = Places::new(context, block);
     let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
     for lamp in &context.lamps {
-        let pass = Pass { context, blobs: &blobs, block, lamp, places: &places };
         let mut patches = vec![Patch::whole(block, &places)];
         while let Some(patch) = patches.pop() {
-            let parts = patch::split(context, lamp, &places, &patch)
+            let around = Surroundings::new(context, &blobs, &patch);
+            let pass = Pass { context, blobs: &around.blobs, block, lamp, places: &places };
+            let parts = patch::split(context, lamp, &around, &places, &patch)
                 .or_else(|| pass.light(&patch, airlight));
             patches.extend(parts.into_iter().flatten());
         }
@@ -80,17 +81,19 @@ impl Pass<'_> {
         let longest = patch.members.iter().map(length).fold(0.0, f32::max);
         let control = Control::around(self.context, patch);
         let clear = self.context.field.homogeneous.beta == 0.0;
-        let span = if clear { control.span(self.blobs, longest) } else { Some((0.0, longest)) };
+        let dense = control.span(self.blobs, longest);
+        let span = if clear { dense } else { Some((0.0, longest)) };
         let (from, to) = span.filter(|span| span.0 < span.1)?;
         let to = self.opaque_from(&control, from, to);
         let mut members = patch.members.clone();
         members.retain(|at| length(at) > from);
         members.sort_unstable_by(|a, b| length(a).total_cmp(&length(b)));
+        let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
         let mut layers = Vec::new();
         let mut rest = members.as_slice();
         while let Some(nearest) = rest.first() {
             let first = length(nearest).min(to);
-            let reach = first + (LAYER * (first - from)).max(THIN * (to - from));
+            let reach = first + (LAYER * (first - from)).max(thin);
             let count = rest.partition_point(|at| length(at).min(to) <= reach);
             let (members, behind) = rest.split_at(count);
             let last = members.last().map_or(first, |at| length(at).min(to));
@@ -104,7 +107,7 @@ impl Pass<'_> {
             .iter()
             .map(|layer| {
                 let seen = layer.first - layer.from > 1e-6 * layer.first;
-                seen.then(|| self.head(patch, &control, layer.from, layer.first))
+                seen.then(|| self.head(patch, &control, dense, layer.from, layer.first))
             })
             .collect();
         let rough = |head: &Head| self.is_rough(patch, head);
@@ -140,7 +143,7 @@ impl Pass<'_> {
             exact += is;
             off += value(at(&head.log[j], x, y), at(&head.mean[j], x, y)) - is;
         }
-        let thin = depth[NODES / PADDED][(NODES - 1) % PADDED] < UNSEEN;
+        let thin = depth[(NODES - 1) / PADDED][(NODES - 1) % PADDED] < UNSEEN;
         off.abs() > ROUGH * exact && !thin
     }
 
@@ -151,7 +154,9 @@ impl Pass<'_> {
         if most < OPAQUE as f32 {
             return to;
         }
-        let t = probes(f64::from(from), f64::from(to)).map(|t| [t as f32; PADDED]);
+        let part = (to - from) / PROBES as f32;
+        let t: [Each; PROBES] =
+            std::array::from_fn(|i| [(i as f32 + 1.0).mul_add(part, from); PADDED]);
         let depth = control.profile(self.context, self.blobs, &t).depth;
         let thinnest =
             |depth: &Each| depth[..CONTROL].iter().copied().fold(f32::INFINITY, f32::min);
@@ -176,26 +181,34 @@ impl Pass<'_> {
     }
 
     /// The nodes for what lies between two ray parameters, placed for the patch's middle.
-    fn rule(&self, patch: &Patch, from: f64, to: f64) -> Rule {
+    fn rule(&self, patch: &Patch, dense: Option<(f64, f64)>, from: f64, to: f64) -> Rule {
         let context = self.context;
         let center = Control::within(context, patch, [0.0; 2]);
-        let t = spread(&probes(from, to));
+        let to_light = center.light(self.lamp, to as f32);
+        let probes = Probes::new(from, to, dense, &to_light);
+        let (at, t) = (&probes.at, spread(&probes.at));
         let Profile { log_beta, depth } = center.profile(context, self.blobs, &t);
         let mean = center.toward_light(context, self.lamp, &t);
-        let to_light = center.light(self.lamp, to as f32);
         let (log_beta, depth, mean) = (flatten(&log_beta), flatten(&depth), flatten(&mean));
-        let at = probes(from, to);
         let seen = std::array::from_fn(|i| {
             let distance = (at[i] - to_light.closest).hypot(to_light.miss);
             let log = f64::from(log_beta[i] - depth[i]) - f64::from(mean[i]) * distance;
             let phase = context.phase.value((to_light.closest - at[i]) / distance);
             (0.5 * log).exp() * phase.sqrt()
         });
-        Map::new(context.phase, from, to, to_light, &seen).rule()
+        Map::new(context.phase, from, to, to_light, &probes, &seen).rule()
     }
 
-    fn head(&self, patch: &Patch, control: &Control, from: f32, to: f32) -> Head {
-        let rule = self.rule(patch, f64::from(from), f64::from(to));
+    fn head(
+        &self,
+        patch: &Patch,
+        control: &Control,
+        dense: Option<(f32, f32)>,
+        from: f32,
+        to: f32,
+    ) -> Head {
+        let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
+        let rule = self.rule(patch, dense, f64::from(from), f64::from(to));
         let t = rule.t.map(|t| [t as f32; 16]);
         let Profile { log_beta, depth } = control.profile(self.context, self.blobs, &t);
         let mean = control.toward_light(self.context, self.lamp, &t);

@@ -1,12 +1,19 @@
 //! Patches of the picture over which fields are interpolated.
 
+use super::control::Blob;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
 use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
-use glam::{DVec2, Vec2};
+use glam::{DVec2, Vec2, Vec3};
 
 /// A patch is at most this share of its distance from a light's image.
 const NEAR: f32 = 0.4;
+/// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
+const COARSE: f32 = 0.4;
+/// Radii from its centre at which a blob has ended aside of a ray: exp(−5²) is 1e-11.
+const FAR: f32 = 5.0;
+/// Optical depth that quadratics may miss of the others.
+const HIDDEN: f32 = 4e-3;
 /// Half a patch's diagonal is at most this [rad].
 const WIDE: f64 = 0.06;
 /// No patch is split below this [px].
@@ -108,7 +115,9 @@ impl Patch {
 
     /// Half its sides, never quite nothing [px].
     pub fn half(&self) -> Vec2 {
-        (0.5 * (self.max - self.min)).max(Vec2::splat(1e-3))
+        // One ray is its own middle; several in a row differ by the rounding of their places.
+        let least = if self.members.len() == 1 { 1e-5 } else { 1e-2 };
+        (0.5 * (self.max - self.min)).max(Vec2::splat(least))
     }
 
     /// Its rays, by the quarter that they pass through.
@@ -125,11 +134,54 @@ impl Patch {
 }
 
 /// Parts of a patch over which one set of nodes does not suffice for a light.
-pub fn split(context: &Context, lamp: &Lamp, places: &Places, patch: &Patch) -> Option<Vec<Patch>> {
+pub fn split(
+    context: &Context,
+    lamp: &Lamp,
+    around: &Surroundings,
+    places: &Places,
+    patch: &Patch,
+) -> Option<Vec<Patch>> {
     let size = patch.size();
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
     let near = image.is_some_and(|image| size > NEAR * patch.middle().distance(image));
-    (size > SMALLEST && (near || is_wide(context, patch))).then(|| patch.quarters(places))
+    let split = size > SMALLEST && (near || is_wide(context, patch) || around.hides);
+    split.then(|| patch.quarters(places))
+}
+
+/// Blobs around a patch's rays.
+pub struct Surroundings {
+    /// Those that some ray meets.
+    pub blobs: Vec<Blob>,
+    /// Whether some are so small in the picture that they may stand between the rays that are
+    /// looked at.
+    hides: bool,
+}
+
+impl Surroundings {
+    /// Of the blobs around a larger patch.
+    pub fn new(context: &Context, blobs: &[Blob], patch: &Patch) -> Self {
+        let (middle, half) = (patch.middle(), patch.half());
+        let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
+        let (rim_offset, rim) = context.viewpoint.ray((middle + half).as_dvec2());
+        let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
+        // Half the patch's diagonal: per metre of distance, else in metres.
+        let spread = rim.as_vec3().distance(axis);
+        let width = rim_offset.as_vec3().distance(offset);
+        let mut hidden = 0.0;
+        let meets = |blob: &&Blob| {
+            let b = Vec3::from(blob.b) - offset * blob.a;
+            let half = 1.01 * (b.length() * spread + width * blob.a);
+            let miss = (b.cross(axis).length() - half).max(0.0);
+            if half > COARSE && miss < FAR {
+                let half = half.min(4.0);
+                // The third derivative of a Gaussian, met over half a patch.
+                hidden += 0.25 * blob.k * half * half * half * (-miss * miss).exp();
+            }
+            miss < FAR
+        };
+        let blobs = blobs.iter().filter(meets).copied().collect();
+        Self { blobs, hides: hidden > HIDDEN }
+    }
 }
 
 /// Whether a patch's rays spread so much that no field is a quadratic across them.
