@@ -34,17 +34,23 @@ pub fn resolve(context: &Context, hits: &[Hits], pixels: &mut [f32]) {
 
 /// Places of the tile whose pixel differs from a neighbour.
 fn edge_places(context: &Context, hits: &[Hits], index: usize) -> Vec<usize> {
-    let tile = context.grid.tile(index);
-    let differs = |place: &usize| {
-        let (x, y) = tile.pixel(*place);
-        let neighbours = [(x + 1, y), (x, y + 1), (x.wrapping_sub(1), y), (x, y.wrapping_sub(1))];
-        context.grid.contains((x, y))
-            && neighbours.into_iter().filter(|at| context.grid.contains(*at)).any(|(nx, ny)| {
-                let (tile, at) = context.grid.locate(nx, ny);
-                is_edge(&hits[index], *place, &hits[tile], at)
-            })
-    };
-    (0..SIZE).filter(differs).collect()
+    let (grid, tile) = (context.grid, context.grid.tile(index));
+    let mut edge = [false; SIZE];
+    // Every pair once: each pixel with the next to its right and the next below, from the last column
+    // and the last line of the tiles before on.
+    for (dx, dy) in [(1, 0), (0, 1)] {
+        for y in (tile.y + 1 - dy).saturating_sub(1)..(tile.y + TILE).min(grid.height - dy) {
+            for x in (tile.x + 1 - dx).saturating_sub(1)..(tile.x + TILE).min(grid.width - dx) {
+                let (a, i) = grid.locate(x, y);
+                let (b, j) = grid.locate(x + dx, y + dy);
+                if is_edge(&hits[a], i, &hits[b], j) {
+                    edge[i] |= a == index;
+                    edge[j] |= b == index;
+                }
+            }
+        }
+    }
+    (0..SIZE).filter(|place| edge[*place]).collect()
 }
 
 fn is_edge(a: &Hits, i: usize, b: &Hits, j: usize) -> bool {
