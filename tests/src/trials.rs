@@ -114,8 +114,10 @@ fn near_lamps(
         let at_rim =
             x < 1.0 || y < 1.0 || x > f64::from(width) - 2.0 || y > f64::from(height) - 2.0;
         for _ in 0..if at_rim { 0 } else { count } {
-            let (radius, angle) =
-                (random.decades(0.5, 0.1 * f64::from(height)), random.between(0.0, 6.283));
+            let (radius, angle) = (
+                random.decades(0.5, 0.1 * f64::from(height)),
+                random.between(0.0, std::f64::consts::TAU),
+            );
             let (x, y) = (x + radius * angle.cos() + 0.5, y + radius * angle.sin() + 0.5);
             if x >= 0.0 && y >= 0.0 && x < f64::from(width) && y < f64::from(height) {
                 near.push(y as usize * width as usize + x as usize);

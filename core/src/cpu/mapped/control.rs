@@ -204,8 +204,8 @@ impl Control {
         let (mut paths, mut length) = (Rays::empty(), [0.0f32; SIZE]);
         paths.count = rows.len() * self.count;
         for (row, t) in rows.iter().enumerate() {
-            for c in 0..self.count {
-                let way = self.point(c, t[c]) - light;
+            for (c, t) in t.iter().enumerate().take(self.count) {
+                let way = self.point(c, *t) - light;
                 let at = row * self.count + c;
                 length[at] = way.length().max(f32::MIN_POSITIVE);
                 let direction = way / length[at];
@@ -234,11 +234,10 @@ fn between(context: &Context, lamp: &Lamp, paths: &Rays, length: &[f32; SIZE]) -
         Vec3::new(x, y, z) * length[at]
     };
     let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let mut shortest = f32::INFINITY;
-    for at in 0..paths.count {
-        let point = end(at);
-        (min, max, shortest) = (min.min(point), max.max(point), shortest.min(length[at]));
+    for point in (0..paths.count).map(end) {
+        (min, max) = (min.min(point), max.max(point));
     }
+    let shortest = length[..paths.count].iter().copied().fold(f32::INFINITY, f32::min);
     let middle = 0.5 * (min + max);
     let ends = (0..paths.count).map(|at| end(at).distance_squared(middle));
     let radius = f64::from(ends.fold(0.0, f32::max).sqrt()) * 1.000_001;
@@ -280,11 +279,12 @@ fn fill<S: Simd, const PARALLEL: bool>(
             let (first, last) = span(simd, middle, blob.a);
             let begin = ends.partition_point(|end| end.1 < first);
             let end = begin + ends[begin..].partition_point(|end| end.0 <= last);
-            for j in begin..end {
-                let s = a.mul_add(Lanes::load(simd, &t[j][at..]), -middle);
+            for (j, t) in t.iter().enumerate().take(end).skip(begin) {
+                let t = Lanes::load(simd, &t[at..]);
+                let s = a.mul_add(t, -middle);
                 let gathered = if dense {
                     let line = Line { start: -middle, end: s, miss2: s, peak: s };
-                    line.between(a * Lanes::load(simd, &t[j][at..]))
+                    line.between(a * t)
                 } else {
                     s.erf() - begins
                 };

@@ -40,18 +40,18 @@ fn places(context: &Context, rays: &Rays) -> [Row; 2] {
     let (across, down) = viewpoint.picture_axes();
     let forward = viewpoint.forward.as_vec3();
     let half = 0.5 * viewpoint.size().as_vec2();
-    let mut places = [[0.0; SIZE]; 2];
-    for at in 0..rays.count {
+    let (mut x, mut y) = ([0.0; SIZE], [0.0; SIZE]);
+    for (at, (x, y)) in x.iter_mut().zip(&mut y).enumerate().take(rays.count) {
         let point = if viewpoint.parallel {
             get3(&rays.offset, at)
         } else {
             let direction = get3(&rays.direction, at);
             direction / direction.dot(forward)
         };
-        places[0][at] = (point.dot(across) + 1.0) * half.x;
-        places[1][at] = (point.dot(down) + 1.0) * half.y;
+        *x = (point.dot(across) + 1.0) * half.x;
+        *y = (point.dot(down) + 1.0) * half.y;
     }
-    places
+    [x, y]
 }
 
 /// A ray of some batches.

@@ -189,7 +189,7 @@ fn face(way: Vec3) -> (usize, f32, f32) {
 fn direction(face: usize, row: usize, column: usize, side: usize) -> DVec3 {
     let at = |i: usize| -1.0 + (i as f64 - 1.0) * 2.0 / (side - 1) as f64;
     let (u, v) = (at(column), at(row));
-    let major = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let major = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     match face / 2 {
         0 => DVec3::new(major, u, v),
         1 => DVec3::new(v, major, u),
