@@ -204,12 +204,12 @@ fn an_optical_depth_map_is_the_layer_in_three_formats() {
 }
 
 /// Compares one layer with what the probe of each pixel's ray says.
-fn agree(what: &str, picture: &Picture, probed: &[Vec<f64>], tolerance: f64) {
+fn agree(what: &str, picture: &Picture, probed: &[Vec<f64>]) {
     // Differences count against the number itself, and for dark pixels against the brightest.
     let most = probed.iter().flatten().fold(0.0, |most: f64, number| most.max(number.abs()));
     for (n, expected) in probed.iter().enumerate() {
         for (a, b) in picture.pixel(n).iter().zip(expected) {
-            let allowed = tolerance * b.abs().max(0.01 * most);
+            let allowed = 1e-3 * b.abs().max(0.01 * most);
             let (i, j) = (n % picture.width, n / picture.width);
             assert!((a - b).abs() <= allowed, "{what} at ({i}, {j}): {a} instead of {b}");
         }
@@ -272,9 +272,7 @@ fn pictures_agree_with_probes(offset: f64, orthographic: bool) {
             let expected: Vec<_> =
                 answers.iter().map(|answer| probed(layer, answer, &scene)).collect();
             let what = format!("{layer} {airlight} orthographic {orthographic} at {offset}");
-            // `auto` integrates for a patch of pixels here and for one ray there.
-            let tolerance = if airlight == "auto" { 5e-3 } else { 1e-3 };
-            agree(&what, &picture, &expected, tolerance);
+            agree(&what, &picture, &expected);
         }
     }
 }

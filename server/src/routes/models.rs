@@ -123,8 +123,8 @@ const ORIGINS: &[Origin] = &[
     Origin {
         kind: Kind::Airlight,
         name: "auto",
-        source: "Sun 2005 without Gaussians, else Fogshop 2007; the integral where the phase function \
-            is not isotropic.",
+        source: "Sun 2005 in isotropic homogeneous fog; else one Gauss rule per ray in a variable that \
+            is smooth near lights and where fog lies, with exact β and T.",
         measured_error: Measured::Table(Airlight::Auto),
     },
     Origin {

@@ -23,20 +23,15 @@ use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Control, Each, PADDED, Profile};
 use fearless_simd::{Simd, dispatch};
-use patch::{Patch, Places, Ray, SMALLEST, Surroundings};
+use patch::{Patch, Places, Ray, SMALLEST, Surroundings, Tolerance};
 use pixels::{Head, Light, TAIL, Tail, Terms, at, surface};
 pub use table::LightTable;
 
-/// Rays of a layer end within this share of each other's way through the fog.
-const LAYER: f32 = 0.12;
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
 const CHECK: [f32; 2] = [0.55, 0.45];
-/// A patch is split where its airlight is off by more than this there.
-const ROUGH: f64 = 3e-4;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
-/// A patch of more layers than this, and larger than that [px], is split.
-const MOST_LAYERS: usize = 3;
+/// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
 /// A layer is at least this share of the blobs' extent.
 const THIN: f32 = 0.02;
@@ -89,18 +84,19 @@ impl Pass<'_> {
         members.retain(|at| length(at) > from);
         members.sort_unstable_by(|a, b| length(a).total_cmp(&length(b)));
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
+        let tolerance = Tolerance::new(self.context.view.quality);
         let mut layers = Vec::new();
         let mut rest = members.as_slice();
         while let Some(nearest) = rest.first() {
             let first = length(nearest).min(to);
-            let reach = first + (LAYER * (first - from)).max(thin);
+            let reach = first + (tolerance.layer * (first - from)).max(thin);
             let count = rest.partition_point(|at| length(at).min(to) <= reach);
             let (members, behind) = rest.split_at(count);
             let last = members.last().map_or(first, |at| length(at).min(to));
             layers.push(Layer { from, first, last, members });
             rest = behind;
         }
-        if layers.len() > MOST_LAYERS && patch.size() > LEAST_LAYERED {
+        if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
             return Some(patch.quarters(self.places));
         }
         let heads: Vec<_> = layers
@@ -144,7 +140,7 @@ impl Pass<'_> {
             off += value(at(&head.log[j], x, y), at(&head.mean[j], x, y)) - is;
         }
         let thin = depth[(NODES - 1) / PADDED][(NODES - 1) % PADDED] < UNSEEN;
-        off.abs() > ROUGH * exact && !thin
+        off.abs() > Tolerance::new(context.view.quality).rough * exact && !thin
     }
 
     /// Where nothing behind is seen any more.

@@ -4,18 +4,44 @@ use super::control::Blob;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
 use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
+use crate::request::Quality;
 use glam::{DVec2, Vec2, Vec3};
 
-/// A patch is at most this share of its distance from a light's image.
-const NEAR: f32 = 0.4;
+/// What a patch may miss.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// A patch is at most this share of its distance from a light's image.
+    near: f32,
+    /// Optical depth that quadratics may miss of blobs that stand between the rays looked at.
+    hidden: f32,
+    /// Half a patch's diagonal is at most this [rad].
+    wide: f64,
+    /// Relative error of the airlight at the place where it is checked.
+    pub rough: f64,
+    /// Rays of a layer end within this share of each other's way through the fog.
+    pub layer: f32,
+    /// A larger patch of more layers than this is split.
+    pub layers: usize,
+}
+
+impl Tolerance {
+    /// Of a picture for the eye in motion, or of one that rests.
+    pub fn new(quality: Quality) -> Self {
+        match quality {
+            Quality::Full => {
+                Self { near: 0.4, hidden: 5e-3, wide: 0.06, rough: 5e-4, layer: 0.12, layers: 3 }
+            }
+            Quality::Draft => {
+                Self { near: 1.0, hidden: 0.1, wide: 0.2, rough: 0.03, layer: 0.5, layers: 8 }
+            }
+        }
+    }
+}
+
 /// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
 /// Radii from its centre at which a blob has ended aside of a ray: exp(−5²) is 1e-11.
 const FAR: f32 = 5.0;
-/// Optical depth that quadratics may miss of the others.
-const HIDDEN: f32 = 4e-3;
-/// Half a patch's diagonal is at most this [rad].
-const WIDE: f64 = 0.06;
 /// No patch is split below this [px].
 pub const SMALLEST: f32 = 0.5;
 
@@ -141,10 +167,11 @@ pub fn split(
     places: &Places,
     patch: &Patch,
 ) -> Option<Vec<Patch>> {
+    let Tolerance { near, wide, .. } = Tolerance::new(context.view.quality);
     let size = patch.size();
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
-    let near = image.is_some_and(|image| size > NEAR * patch.middle().distance(image));
-    let split = size > SMALLEST && (near || is_wide(context, patch) || around.hides);
+    let near = image.is_some_and(|image| size > near * patch.middle().distance(image));
+    let split = size > SMALLEST && (near || is_wide(context, patch, wide) || around.hides);
     split.then(|| patch.quarters(places))
 }
 
@@ -180,13 +207,13 @@ impl Surroundings {
             miss < FAR
         };
         let blobs = blobs.iter().filter(meets).copied().collect();
-        Self { blobs, hides: hidden > HIDDEN }
+        Self { blobs, hides: hidden > Tolerance::new(context.view.quality).hidden }
     }
 }
 
 /// Whether a patch's rays spread so much that no field is a quadratic across them.
-fn is_wide(context: &Context, patch: &Patch) -> bool {
+fn is_wide(context: &Context, patch: &Patch, wide: f64) -> bool {
     let direction = |place: Vec2| context.viewpoint.ray(place.as_dvec2()).1;
     let (middle, half) = (patch.middle(), patch.half());
-    direction(middle).distance(direction(middle + half)) > WIDE
+    direction(middle).distance(direction(middle + half)) > wide
 }
