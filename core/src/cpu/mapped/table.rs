@@ -62,7 +62,7 @@ impl Extent {
         let finest = 2.0 / MOST as f64;
         // A few blobs that are finer than the rest do not decide: they are far away, or thin.
         let spacing = spacings[spacings.len() / 10].clamp(finest, 0.25);
-        let fits = spacings[spacings.len() / 4] > 0.7 * finest;
+        let fits = spacings[spacings.len() / 4] > 0.25 * finest;
         fits.then_some(Self { spacing, near: (0.2 * near).max(1e-3 * far), far })
     }
 }
