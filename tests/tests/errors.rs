@@ -8,12 +8,13 @@ fn check(airlight: Airlight) {
     let stated = MEASURED.iter().find(|row| row.airlight == airlight).expect("a row");
     let stated = [stated.median, stated.p95, stated.max];
     let measured = measure(airlight);
+    // Rounding, of f32 in pictures and of f64 along rays: every machine does it in its own way.
+    let rounding = if airlight == Airlight::Reference { 1e-9 } else { 1e-6 };
     for (stated, measured) in stated.into_iter().zip(measured) {
-        // No better than measured; and no old row either, after an estimator got better. Below 1e-9
-        // lies rounding, which every machine does in its own way.
-        assert!(measured <= stated.max(1e-9), "{airlight:?}: stated {stated}, but {measured}");
+        // No better than measured; and no old row either, after an estimator got better.
+        assert!(measured <= stated.max(rounding), "{airlight:?}: stated {stated}, but {measured}");
         assert!(
-            stated <= 1.5 * measured.max(1e-9),
+            stated <= 1.5 * measured.max(rounding),
             "{airlight:?}: stated {stated}, but {measured}"
         );
     }
