@@ -1,7 +1,8 @@
-//! Adaptive Gauss–Kronrod quadrature.
+//! Quadrature: adaptive Gauss–Kronrod, and Gauss–Legendre rules.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::f64::consts::PI;
 
 /// Nodes of the 15-point Kronrod rule on [−1, 1]; the odd places are the 7 Gauss nodes.
 const NODES: [f64; 8] = [
@@ -97,6 +98,30 @@ fn kronrod(from: f64, to: f64, f: &mut impl FnMut(f64) -> f64) -> Panel {
     let difference = (fine - coarse).abs();
     let scaled = if fine == 0.0 { 0.0 } else { (200.0 * difference / fine.abs()).powf(1.5) };
     Panel { from, to, value: half * fine, error: (half * fine).abs() * scaled.min(1.0) }
+}
+
+/// Gauss–Legendre abscissae and weights on [0, 1].
+pub fn gauss_legendre<const N: usize>() -> ([f64; N], [f64; N]) {
+    let (mut nodes, mut weights) = ([0.0; N], [0.0; N]);
+    let n = N as f64;
+    for i in 0..N {
+        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        // Newton from there converges to rounding in four steps.
+        for _ in 0..6 {
+            let (mut before, mut legendre) = (1.0, x);
+            for k in 2..=N {
+                let k = k as f64;
+                let next = ((2.0 * k - 1.0) * x * legendre - (k - 1.0) * before) / k;
+                (before, legendre) = (legendre, next);
+            }
+            slope = n * (x * legendre - before) / (x * x - 1.0);
+            x -= legendre / slope;
+        }
+        nodes[i] = 0.5 - 0.5 * x;
+        weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
+    }
+    (nodes, weights)
 }
 
 #[cfg(test)]

@@ -16,8 +16,9 @@ use super::ToLight;
 use super::path::Path;
 use crate::media::Field;
 use crate::phase::Phase;
+use crate::quadrature::gauss_legendre;
 use glam::DVec3;
-use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+use std::f64::consts::FRAC_2_SQRT_PI;
 use std::sync::LazyLock;
 
 /// Nodes of the rule.
@@ -32,30 +33,6 @@ const EVEN_SHARE: f64 = 0.1;
 const SHORTEST: f64 = 1e-100;
 /// Optical depth behind which nothing is seen: e⁻²⁴.
 pub const OPAQUE: f64 = 24.0;
-
-/// Gauss–Legendre abscissae and weights on [0, 1].
-pub fn gauss_legendre<const N: usize>() -> ([f64; N], [f64; N]) {
-    let (mut nodes, mut weights) = ([0.0; N], [0.0; N]);
-    let n = N as f64;
-    for i in 0..N {
-        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
-        let mut slope = 1.0;
-        // Newton from there converges to rounding in four steps.
-        for _ in 0..6 {
-            let (mut before, mut legendre) = (1.0, x);
-            for k in 2..=N {
-                let k = k as f64;
-                let next = ((2.0 * k - 1.0) * x * legendre - (k - 1.0) * before) / k;
-                (before, legendre) = (legendre, next);
-            }
-            slope = n * (x * legendre - before) / (x * x - 1.0);
-            x -= legendre / slope;
-        }
-        nodes[i] = 0.5 - 0.5 * x;
-        weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
-    }
-    (nodes, weights)
-}
 
 static GAUSS: LazyLock<([f64; NODES], [f64; NODES])> = LazyLock::new(gauss_legendre);
 

@@ -122,7 +122,7 @@ impl Fogged {
 
 /// The lanes of three rows from `at` on.
 #[inline(always)]
-pub fn load3<S: Simd>(simd: S, rows: &Rows, at: usize) -> V3<Lanes<S>> {
+pub fn load3<S: Simd, const N: usize>(simd: S, rows: &[[f32; N]; 3], at: usize) -> V3<Lanes<S>> {
     let [x, y, z] = rows;
     V3::new(Lanes::load(simd, &x[at..]), Lanes::load(simd, &y[at..]), Lanes::load(simd, &z[at..]))
 }

@@ -7,7 +7,6 @@ use super::mapped::LightTable;
 use super::viewpoint::Grid;
 use crate::geometry::Geometry;
 use crate::media::Field;
-use crate::scene::limits::COUNTS;
 use crate::scene::{Camera, CheckedScene};
 use glam::DVec3;
 use std::collections::VecDeque;
@@ -53,6 +52,10 @@ const KEPT_PICTURES: usize = 2;
 /// Tiles of the largest picture whose first hits are kept: 2 million pixels, 42 MB.
 const KEPT_TILES: usize = 1 << 13;
 
+/// Bytes of depths and of tables around lights that are kept, each: a dragged lamp leaves one behind
+/// at every place.
+const KEPT_BYTES: usize = 64 << 20;
+
 /// First hits of all tiles, and what they depend on.
 #[derive(Debug)]
 struct Traced {
@@ -64,11 +67,41 @@ struct Traced {
     hits: Arc<Vec<Hits>>,
 }
 
-/// The depths of a scene's blobs from a light.
-type LightDepths = (CheckedScene, DVec3, Arc<Vec<f64>>);
+/// What a scene's fog does around lights: the newest values, by fog and place of the light.
+#[derive(Debug)]
+struct AroundLights<T>(Mutex<VecDeque<(CheckedScene, DVec3, Arc<T>)>>);
 
-/// The table around a light, if it has one.
-type LightTables = (CheckedScene, DVec3, Option<Arc<LightTable>>);
+impl<T> Default for AroundLights<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T> AroundLights<T> {
+    /// The value of a light, else a new one; all together take no more than [`KEPT_BYTES`], as
+    /// `bytes` counts them, but for the newest.
+    fn get(
+        &self,
+        scene: &CheckedScene,
+        light: DVec3,
+        make: impl FnOnce() -> T,
+        bytes: impl Fn(&T) -> usize,
+    ) -> Arc<T> {
+        let same = |key: &CheckedScene, at: DVec3| at == light && key.fog.terms == scene.fog.terms;
+        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, _, value)) = entries.iter().find(|(key, at, _)| same(key, *at)) {
+            return Arc::clone(value);
+        }
+        let value = Arc::new(make());
+        let mut sum = bytes(&value);
+        entries.retain(|(_, _, old)| {
+            sum += bytes(old);
+            sum <= KEPT_BYTES
+        });
+        entries.push_front((scene.clone(), light, Arc::clone(&value)));
+        value
+    }
+}
 
 /// Geometry, field, first hits and light tables of the newest scenes.
 #[derive(Debug, Default)]
@@ -76,8 +109,8 @@ pub struct Cache {
     geometry: Newest<Geometry>,
     field: Newest<Field>,
     traced: Mutex<VecDeque<Traced>>,
-    to_light: Mutex<VecDeque<LightDepths>>,
-    tables: Mutex<VecDeque<LightTables>>,
+    to_light: AroundLights<Vec<f64>>,
+    tables: AroundLights<Option<LightTable>>,
 }
 
 impl Cache {
@@ -131,15 +164,7 @@ impl Cache {
         light: DVec3,
         make: impl FnOnce() -> Vec<f64>,
     ) -> Arc<Vec<f64>> {
-        let same = |(key, at, _): &LightDepths| *at == light && key.fog.terms == scene.fog.terms;
-        let mut entries = self.to_light.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, _, depths)) = entries.iter().find(|entry| same(entry)) {
-            return Arc::clone(depths);
-        }
-        let depths = Arc::new(make());
-        entries.push_front((scene.clone(), light, Arc::clone(&depths)));
-        entries.truncate(2 * COUNTS.lights);
-        depths
+        self.to_light.get(scene, light, make, |depths| size_of_val(depths.as_slice()))
     }
 
     /// The table around a light, which no move of the camera changes.
@@ -148,15 +173,7 @@ impl Cache {
         scene: &CheckedScene,
         light: DVec3,
         make: impl FnOnce() -> Option<LightTable>,
-    ) -> Option<Arc<LightTable>> {
-        let same = |(key, at, _): &LightTables| *at == light && key.fog.terms == scene.fog.terms;
-        let mut entries = self.tables.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, _, table)) = entries.iter().find(|entry| same(entry)) {
-            return table.clone();
-        }
-        let table = make().map(Arc::new);
-        entries.push_front((scene.clone(), light, table.clone()));
-        entries.truncate(COUNTS.lights);
-        table
+    ) -> Arc<Option<LightTable>> {
+        self.tables.get(scene, light, make, |table| table.as_ref().map_or(0, LightTable::bytes))
     }
 }

@@ -35,7 +35,7 @@ pub struct Lamp {
     /// Intensity times the fog's albedo [W/sr].
     pub scattered: DVec3,
     /// For [`Method::Mapped`], where many blobs shade the light.
-    pub table: Option<Arc<LightTable>>,
+    pub table: Arc<Option<LightTable>>,
 }
 
 /// What every pass of a frame reads.
@@ -127,7 +127,7 @@ impl<'a> Context<'a> {
             let (position, intensity) = (light.position.vector(), light.intensity.vector());
             let scattered = intensity * scene.fog.albedo.vector();
             let from_camera = position - viewpoint.position;
-            Lamp { position, from_camera, intensity, scattered, table: None }
+            Lamp { position, from_camera, intensity, scattered, table: Arc::default() }
         });
         let asked = view.estimator.unwrap_or(Estimator::Scene(scene.fog.airlight));
         let [r, g, b] = scene.background.0.map(|v| v as f32);

@@ -35,9 +35,10 @@ impl Packed {
     }
 }
 
+/// The same vector in every lane.
 // No closures over lanes here: array::map would be compiled without the lanes' instructions.
 #[inline(always)]
-fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> V3<Lanes<S>> {
+pub fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> V3<Lanes<S>> {
     V3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z))
 }
 

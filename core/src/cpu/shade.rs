@@ -33,34 +33,34 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
     if context.field.blobs.is_empty() || hits.surface.iter().all(|s| *s == NOTHING) {
         return depth;
     }
-    let list = blobs_between(context, lamp, &paths, hits, &length);
+    let lit = (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
+    let list = blobs_between(context, lamp, &paths, &length, lit);
     dispatch!(context.level, simd => {
         add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
     });
     depth
 }
 
-/// The blobs between a light and the hits, which lie at the ends of `paths`.
-fn blobs_between(
+/// The blobs between a light and the ends of some paths from it.
+pub fn blobs_between(
     context: &Context,
     lamp: &Lamp,
     paths: &Rays,
-    hits: &Hits,
     length: &Row,
+    places: impl Iterator<Item = usize> + Clone,
 ) -> BlobList {
     let from_light = |at: usize| get3(&paths.direction, at) * length[at];
-    let lit = || (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
     let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut shortest = f32::INFINITY;
-    for at in lit() {
+    for at in places.clone() {
         let point = from_light(at);
         (min, max, shortest) = (min.min(point), max.max(point), shortest.min(length[at]));
     }
     let middle = 0.5 * (min + max);
-    let radius2 = lit().map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
+    let radius2 = places.map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
     let radius = f64::from(radius2.sqrt()) * 1.000_001;
     let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
-    // A light among the hits: they lie all around it.
+    // A light among the ends: they lie all around it.
     let (bundle, shortest) = match Bundle::toward_ball(origin, center, radius) {
         Some(bundle) => (bundle, f64::from(shortest)),
         None => (Bundle::all_around(origin, origin.distance(center) + radius), 0.0),

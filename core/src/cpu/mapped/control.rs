@@ -3,14 +3,13 @@
 use super::patch::Patch;
 use super::table::LightTable;
 use crate::airlight::{ENDS, ToLight};
-use crate::cpu::batch::{Rays, SIZE};
-use crate::cpu::blobs::{BlobList, DENSE, Packed, Purpose};
+use crate::cpu::batch::{Rays, SIZE, load3};
+use crate::cpu::blobs::{BlobList, DENSE, Packed};
 use crate::cpu::frame::{Context, Lamp};
-use crate::cpu::kernels::add_depth;
-use crate::geometry::bundle::Bundle;
+use crate::cpu::kernels::{add_depth, splat3};
+use crate::cpu::shade::blobs_between;
 use crate::media::gaussians::{HALF_SQRT_PI, Line};
 use crate::num::{Lanes, Num};
-use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec2, Vec3};
 
@@ -169,7 +168,7 @@ impl Control {
 
     /// T(x, s)/d at ray parameters `t`: the mean extinction towards a light.
     pub fn toward_light(&self, context: &Context, lamp: &Lamp, t: &[Each]) -> Vec<Each> {
-        if let Some(table) = &lamp.table {
+        if let Some(table) = lamp.table.as_ref() {
             return self.look_up(context, lamp, table, t);
         }
         /// Points that share a list of blobs.
@@ -214,7 +213,7 @@ impl Control {
         }
         let mut depth = [0.0; SIZE];
         if !context.field.blobs.is_empty() {
-            let list = between(context, lamp, &paths, &length);
+            let list = blobs_between(context, lamp, &paths, &length, 0..paths.count);
             dispatch!(context.level, simd => {
                 add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
             });
@@ -225,28 +224,6 @@ impl Control {
             mean.push(std::array::from_fn(|c| beta + depth[at(c)] / length[at(c)]));
         }
     }
-}
-
-/// The blobs between a light and the ends of paths from it.
-fn between(context: &Context, lamp: &Lamp, paths: &Rays, length: &[f32; SIZE]) -> BlobList {
-    let end = |at: usize| {
-        let [x, y, z] = paths.direction.each_ref().map(|row| row[at]);
-        Vec3::new(x, y, z) * length[at]
-    };
-    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for point in (0..paths.count).map(end) {
-        (min, max) = (min.min(point), max.max(point));
-    }
-    let shortest = length[..paths.count].iter().copied().fold(f32::INFINITY, f32::min);
-    let middle = 0.5 * (min + max);
-    let ends = (0..paths.count).map(|at| end(at).distance_squared(middle));
-    let radius = f64::from(ends.fold(0.0, f32::max).sqrt()) * 1.000_001;
-    let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
-    let all = || Bundle::all_around(origin, origin.distance(center) + radius);
-    let cone = Bundle::toward_ball(origin, center, radius);
-    let shortest = if cone.is_some() { f64::from(shortest) } else { 0.0 };
-    let bundle = cone.unwrap_or_else(all);
-    BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth)
 }
 
 /// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
@@ -263,13 +240,11 @@ fn fill<S: Simd, const PARALLEL: bool>(
     let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
     let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(&row[..control.count])).collect();
     for at in (0..control.count).step_by(Lanes::<S>::COUNT) {
-        let direction = load(simd, &control.direction, at);
-        let offset = load(simd, &control.offset, at);
+        let direction = load3(simd, &control.direction, at);
+        let offset = load3(simd, &control.offset, at);
         for blob in blobs {
             let a = Lanes::splat(simd, blob.a);
-            let [x, y, z] = blob.b;
-            let center =
-                V3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z));
+            let center = splat3(simd, blob.b);
             let center = if PARALLEL { center - offset.scale(a) } else { center };
             let middle = center.dot(direction);
             let peak = (-center.cross(direction).length_squared()).exp();
@@ -305,12 +280,6 @@ fn fill<S: Simd, const PARALLEL: bool>(
             sum.max(beta.lit(1e-30)).ln().store(&mut out.log_beta[j][at..]);
         }
     }
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[Each; 3], at: usize) -> V3<Lanes<S>> {
-    let [x, y, z] = rows;
-    V3::new(Lanes::load(simd, &x[at..]), Lanes::load(simd, &y[at..]), Lanes::load(simd, &z[at..]))
 }
 
 #[inline(always)]

@@ -124,6 +124,9 @@ impl Pass<'_> {
         let mut t = [[head.t[NODES - 1]; PADDED]; NODES.div_ceil(PADDED)];
         (0..NODES).for_each(|j| t[j / PADDED][j % PADDED] = head.t[j]);
         let Profile { log_beta, depth } = check.profile(context, self.blobs, &t);
+        if depth[(NODES - 1) / PADDED][(NODES - 1) % PADDED] < UNSEEN {
+            return false;
+        }
         let mean = check.toward_light(context, self.lamp, &t);
         let [x, y] = CHECK;
         let light = check.light(self.lamp, head.t[NODES - 1]);
@@ -139,8 +142,7 @@ impl Pass<'_> {
             exact += is;
             off += value(at(&head.log[j], x, y), at(&head.mean[j], x, y)) - is;
         }
-        let thin = depth[(NODES - 1) / PADDED][(NODES - 1) % PADDED] < UNSEEN;
-        off.abs() > Tolerance::new(context.view.quality).rough * exact && !thin
+        off.abs() > Tolerance::new(context.view.quality).rough * exact
     }
 
     /// Where nothing behind is seen any more.

@@ -1,11 +1,12 @@
 //! What every pixel of a patch does itself: interpolates the fields, and sums the rule with its own
 //! distance from the light.
 
-use super::control::{CONTROL, Each, PLACES};
+use super::control::{CONTROL, Each};
 use crate::airlight::ToLight;
-use crate::airlight::mapped::{NODES, gauss_legendre};
+use crate::airlight::mapped::NODES;
 use crate::num::{Lanes, Num};
 use crate::phase::Phase;
+use crate::quadrature::gauss_legendre;
 use crate::vector::V3;
 use fearless_simd::Simd;
 use std::sync::LazyLock;
@@ -47,7 +48,6 @@ pub struct Tail {
 /// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
 pub fn surface(values: &Each) -> Surface {
     let [a, b, c, d, top, bottom, left, right] = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| values[i]);
-    debug_assert_eq!(PLACES.len(), CONTROL);
     // Half sums and differences along the sides.
     let (upper, lower) = (0.5 * (a + b), 0.5 * (c + d));
     let (upper_x, lower_x) = (0.5 * (b - a), 0.5 * (d - c));

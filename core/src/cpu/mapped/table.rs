@@ -6,6 +6,7 @@
 //! sample wider on each side, so that no cubic reaches over an edge.
 
 use super::control::{self, Control, Each};
+use crate::airlight::ENDS;
 use crate::cpu::blobs::{BlobList, Purpose};
 use crate::cpu::frame::Context;
 use crate::geometry::bundle::Bundle;
@@ -56,7 +57,7 @@ impl Extent {
             let sharp = (ERROR / (0.28 * blob.half_depth())).powf(0.25).min(1.5);
             spacings.push(sharp * radius / distance.max(radius));
             near = near.min(radius.max(distance - 3.0 * radius));
-            far = far.max(distance + 4.0 * radius);
+            far = far.max(distance + ENDS * radius);
         }
         spacings.sort_unstable_by(f64::total_cmp);
         let finest = 2.0 / MOST as f64;
@@ -119,6 +120,11 @@ impl LightTable {
                 }
             }
         });
+    }
+
+    /// How much memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.values.as_slice())
     }
 
     fn radius(&self, shell: usize) -> f64 {
