@@ -100,28 +100,26 @@ fn kronrod(from: f64, to: f64, f: &mut impl FnMut(f64) -> f64) -> Panel {
     Panel { from, to, value: half * fine, error: (half * fine).abs() * scaled.min(1.0) }
 }
 
-/// Gauss–Legendre abscissae and weights on [0, 1].
-pub fn gauss_legendre<const N: usize>() -> ([f64; N], [f64; N]) {
-    let (mut nodes, mut weights) = ([0.0; N], [0.0; N]);
-    let n = N as f64;
-    for i in 0..N {
-        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+/// Abscissae and weights of the `n`-point Gauss–Legendre rule on [0, 1].
+pub fn gauss_legendre(n: usize) -> (Vec<f64>, Vec<f64>) {
+    let size = n as f64;
+    let node = |i: usize| {
+        let mut x = (PI * (i as f64 + 0.75) / (size + 0.5)).cos();
         let mut slope = 1.0;
         // Newton from there converges to rounding in four steps.
         for _ in 0..6 {
             let (mut before, mut legendre) = (1.0, x);
-            for k in 2..=N {
+            for k in 2..=n {
                 let k = k as f64;
                 let next = ((2.0 * k - 1.0) * x * legendre - (k - 1.0) * before) / k;
                 (before, legendre) = (legendre, next);
             }
-            slope = n * (x * legendre - before) / (x * x - 1.0);
+            slope = size * (x * legendre - before) / (x * x - 1.0);
             x -= legendre / slope;
         }
-        nodes[i] = 0.5 - 0.5 * x;
-        weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
-    }
-    (nodes, weights)
+        (0.5 - 0.5 * x, 1.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..n).map(node).unzip()
 }
 
 #[cfg(test)]

@@ -15,9 +15,9 @@ use glam::{DVec3, Vec2, Vec3};
 
 /// Rays that stand for a patch: its corners and the middles of its sides.
 pub const CONTROL: usize = 8;
-/// Room for the widest registers.
+/// Numbers in a row: as many as the widest registers hold.
 pub const PADDED: usize = 16;
-/// One number a control ray.
+/// One row: of eight rays at two places, or of one ray at sixteen.
 pub type Each = [f32; PADDED];
 
 /// Corners of the square [−1, 1]² and middles of its sides, in the order of control rays.
@@ -55,21 +55,42 @@ pub fn unpack(list: &BlobList) -> Vec<Blob> {
     packed.chain(opaque).collect()
 }
 
-/// Eight rays, relative to the camera.
+/// Places in rows, for eight rays: two a row.
+pub fn pairs(t: &[f32]) -> Vec<Each> {
+    let row = |t: &[f32]| std::array::from_fn(|c| t[(c / CONTROL).min(t.len() - 1)]);
+    t.chunks(PADDED / CONTROL).map(row).collect()
+}
+
+/// The values of eight rays at a place.
+pub fn of_place(rows: &[Each], place: usize) -> [f32; CONTROL] {
+    let row = &rows[place * CONTROL / PADDED];
+    std::array::from_fn(|c| row[place * CONTROL % PADDED + c])
+}
+
+/// As many rays as a row holds numbers, relative to the camera: eight repeated, or others.
 #[derive(Clone, Debug)]
 pub struct Control {
-    /// How many are in use.
-    count: usize,
     direction: [Each; 3],
     offset: [Each; 3],
 }
 
-/// What a ray meets at one ray parameter, for each control ray.
+/// What rays meet, row by row.
 #[derive(Clone, Debug)]
 pub struct Profile {
     /// ln β.
     pub log_beta: Vec<Each>,
     /// T from the camera.
+    pub depth: Vec<Each>,
+}
+
+/// What airlight depends on, row by row.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    /// ln β − T; behind what is opaque its size does not matter.
+    pub log: Vec<Each>,
+    /// T(x, s)/d, the mean extinction towards the light [1/m].
+    pub mean: Vec<Each>,
+    /// T.
     pub depth: Vec<Each>,
 }
 
@@ -80,10 +101,10 @@ impl Control {
         Self::new(context, |c| middle + half * Vec2::from(PLACES[c]))
     }
 
-    /// As many times one ray as a row holds, at a place of the patch in [−1, 1]².
+    /// One ray, repeated, through a place of the patch in [−1, 1]².
     pub fn within(context: &Context, patch: &Patch, place: [f32; 2]) -> Self {
         let place = patch.middle() + patch.half() * Vec2::from(place);
-        Self { count: PADDED, ..Self::new(context, |_| place) }
+        Self::new(context, |_| place)
     }
 
     /// Where a light stands relative to the first of the rays, of that length.
@@ -96,7 +117,7 @@ impl Control {
 
     fn empty() -> Self {
         let zero = [[0.0; PADDED]; 3];
-        Self { count: CONTROL, direction: zero, offset: zero }
+        Self { direction: zero, offset: zero }
     }
 
     fn new(context: &Context, place: impl Fn(usize) -> Vec2) -> Self {
@@ -174,7 +195,7 @@ impl Control {
         /// Points that share a list of blobs.
         const POINTS: usize = 64;
         let mut mean = Vec::with_capacity(t.len());
-        for rows in t.chunks(POINTS / self.count) {
+        for rows in t.chunks(POINTS / PADDED) {
             self.add_toward_light(context, lamp, rows, &mut mean);
         }
         mean
@@ -185,7 +206,7 @@ impl Control {
         let beta = context.field.homogeneous.beta as f32;
         let mut mean = vec![[0.0; PADDED]; t.len()];
         for (mean, t) in mean.iter_mut().zip(t) {
-            for c in 0..self.count {
+            for c in 0..PADDED {
                 mean[c] = beta + table.mean(self.point(c, t[c]) - light);
             }
         }
@@ -201,11 +222,11 @@ impl Control {
     ) {
         let light = lamp.from_camera.as_vec3();
         let (mut paths, mut length) = (Rays::empty(), [0.0f32; SIZE]);
-        paths.count = rows.len() * self.count;
+        paths.count = rows.len() * PADDED;
         for (row, t) in rows.iter().enumerate() {
-            for (c, t) in t.iter().enumerate().take(self.count) {
+            for (c, t) in t.iter().enumerate() {
                 let way = self.point(c, *t) - light;
-                let at = row * self.count + c;
+                let at = row * PADDED + c;
                 length[at] = way.length().max(f32::MIN_POSITIVE);
                 let direction = way / length[at];
                 (0..3).for_each(|k| paths.direction[k][at] = direction[k]);
@@ -220,8 +241,8 @@ impl Control {
         }
         let beta = context.field.homogeneous.beta as f32;
         for row in 0..rows.len() {
-            let at = |c: usize| row * self.count + c % self.count;
-            mean.push(std::array::from_fn(|c| beta + depth[at(c)] / length[at(c)]));
+            let at = row * PADDED;
+            mean.push(std::array::from_fn(|c| beta + depth[at + c] / length[at + c]));
         }
     }
 }
@@ -238,8 +259,8 @@ fn fill<S: Simd, const PARALLEL: bool>(
     out: &mut Profile,
 ) {
     let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
-    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(&row[..control.count])).collect();
-    for at in (0..control.count).step_by(Lanes::<S>::COUNT) {
+    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(row)).collect();
+    for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &control.direction, at);
         let offset = load3(simd, &control.offset, at);
         for blob in blobs {

@@ -11,6 +11,7 @@
 
 mod control;
 mod patch;
+mod pilot;
 mod pixels;
 mod table;
 
@@ -18,19 +19,18 @@ use super::batch::Rows;
 use super::blobs::Purpose;
 use super::fog::{Ends, blobs_on_view};
 use super::frame::{Context, Lamp};
-use crate::airlight::mapped::{Map, NODES, OPAQUE, PROBES, Probes, Rule};
+use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use control::{CONTROL, Control, Each, PADDED, Profile};
+use control::{CONTROL, Control, Each, Fields, PADDED, Profile, of_place, pairs};
 use fearless_simd::{Simd, dispatch};
 use patch::{Patch, Places, Ray, SMALLEST, Surroundings, Tolerance};
-use pixels::{Head, Light, TAIL, Tail, Terms, at, surface};
+use pilot::Nodes;
+use pixels::{Head, Light, Node, TAIL, Tail, Terms, surface};
 pub use table::LightTable;
 
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
 const CHECK: [f32; 2] = [0.55, 0.45];
-/// Optical depth of a ray that is as good as clear.
-const UNSEEN: f32 = 1e-4;
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
 /// A layer is at least this share of the blobs' extent.
@@ -99,50 +99,24 @@ impl Pass<'_> {
         if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
             return Some(patch.quarters(self.places));
         }
-        let heads: Vec<_> = layers
-            .iter()
-            .map(|layer| {
-                let seen = layer.first - layer.from > 1e-6 * layer.first;
-                seen.then(|| self.head(patch, &control, dense, layer.from, layer.first))
-            })
-            .collect();
-        let rough = |head: &Head| self.is_rough(patch, head);
-        if patch.size() > SMALLEST && heads.iter().flatten().any(rough) {
-            return Some(patch.quarters(self.places));
+        let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
+        let mut heads = Vec::with_capacity(layers.len());
+        for layer in &layers {
+            if layer.first - layer.from <= 1e-6 * layer.first {
+                heads.push(None);
+                continue;
+            }
+            let nodes = self.nodes(patch, dense, f64::from(layer.from), f64::from(layer.first));
+            let head = self.head(&control, &nodes);
+            if patch.size() > SMALLEST && self.is_rough(patch, &nodes, &head) {
+                return Some(patch.quarters(self.places));
+            }
+            heads.push(Some(head));
         }
         for (layer, head) in layers.iter().zip(&heads) {
             self.layer(patch, &control, layer, head.as_ref(), airlight);
         }
         None
-    }
-
-    /// Whether quadratics miss the fields so much that it shows, at a place where all their errors
-    /// do.
-    fn is_rough(&self, patch: &Patch, head: &Head) -> bool {
-        let context = self.context;
-        let check = Control::within(context, patch, CHECK);
-        let mut t = [[head.t[NODES - 1]; PADDED]; NODES.div_ceil(PADDED)];
-        (0..NODES).for_each(|j| t[j / PADDED][j % PADDED] = head.t[j]);
-        let Profile { log_beta, depth } = check.profile(context, self.blobs, &t);
-        if depth[(NODES - 1) / PADDED][(NODES - 1) % PADDED] < UNSEEN {
-            return false;
-        }
-        let mean = check.toward_light(context, self.lamp, &t);
-        let [x, y] = CHECK;
-        let light = check.light(self.lamp, head.t[NODES - 1]);
-        let (mut exact, mut off) = (0.0f64, 0.0f64);
-        for j in 0..NODES {
-            let (row, lane) = (j / PADDED, j % PADDED);
-            let distance = (f64::from(head.t[j]) - light.closest).hypot(light.miss);
-            let value = |log: f32, mean: f32| {
-                (f64::from(log) - f64::from(mean) * distance).exp() / (distance * distance)
-            };
-            let log = log_beta[row][lane] - depth[row][lane] + head.log_weight[j];
-            let is = value(log, mean[row][lane]);
-            exact += is;
-            off += value(at(&head.log[j], x, y), at(&head.mean[j], x, y)) - is;
-        }
-        off.abs() > Tolerance::new(context.view.quality).rough * exact
     }
 
     /// Where nothing behind is seen any more.
@@ -153,13 +127,11 @@ impl Pass<'_> {
             return to;
         }
         let part = (to - from) / PROBES as f32;
-        let t: [Each; PROBES] =
-            std::array::from_fn(|i| [(i as f32 + 1.0).mul_add(part, from); PADDED]);
-        let depth = control.profile(self.context, self.blobs, &t).depth;
-        let thinnest =
-            |depth: &Each| depth[..CONTROL].iter().copied().fold(f32::INFINITY, f32::min);
-        let opaque = depth.iter().position(|depth| thinnest(depth) > OPAQUE as f32);
-        opaque.map_or(to, |at| t[at][0])
+        let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
+        let depth = control.profile(self.context, self.blobs, &pairs(&t)).depth;
+        let thinnest = |at: usize| of_place(&depth, at).into_iter().fold(f32::INFINITY, f32::min);
+        let opaque = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32);
+        opaque.map_or(to, |at| t[at])
     }
 
     /// Adds the light's airlight to the rays of a layer.
@@ -178,69 +150,35 @@ impl Pass<'_> {
         });
     }
 
-    /// The nodes for what lies between two ray parameters, placed for the patch's middle.
-    fn rule(&self, patch: &Patch, dense: Option<(f64, f64)>, from: f64, to: f64) -> Rule {
-        let context = self.context;
-        let center = Control::within(context, patch, [0.0; 2]);
-        let to_light = center.light(self.lamp, to as f32);
-        let probes = Probes::new(from, to, dense, &to_light);
-        let (at, t) = (&probes.at, spread(&probes.at));
-        let Profile { log_beta, depth } = center.profile(context, self.blobs, &t);
-        let mean = center.toward_light(context, self.lamp, &t);
-        let (log_beta, depth, mean) = (flatten(&log_beta), flatten(&depth), flatten(&mean));
-        let seen = std::array::from_fn(|i| {
-            let distance = (at[i] - to_light.closest).hypot(to_light.miss);
-            let log = f64::from(log_beta[i] - depth[i]) - f64::from(mean[i]) * distance;
-            let phase = context.phase.value((to_light.closest - at[i]) / distance);
-            (0.5 * log).exp() * phase.sqrt()
-        });
-        Map::new(context.phase, from, to, to_light, &probes, &seen).rule()
+    fn fields(&self, rays: &Control, t: &[Each]) -> Fields {
+        let Profile { mut log_beta, depth } = rays.profile(self.context, self.blobs, t);
+        for (log, depth) in log_beta.iter_mut().zip(&depth) {
+            for (log, depth) in log.iter_mut().zip(depth) {
+                *log -= depth.min(2.0 * OPAQUE as f32);
+            }
+        }
+        let mean = rays.toward_light(self.context, self.lamp, t);
+        Fields { log: log_beta, mean, depth }
     }
 
-    fn head(
-        &self,
-        patch: &Patch,
-        control: &Control,
-        dense: Option<(f32, f32)>,
-        from: f32,
-        to: f32,
-    ) -> Head {
-        let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
-        let rule = self.rule(patch, dense, f64::from(from), f64::from(to));
-        let t = rule.t.map(|t| [t as f32; 16]);
-        let Profile { log_beta, depth } = control.profile(self.context, self.blobs, &t);
-        let mean = control.toward_light(self.context, self.lamp, &t);
-        let mut head = Head {
-            t: rule.t.map(|t| t as f32),
-            log: [[0.0; CONTROL]; NODES],
-            log_weight: [0.0; NODES],
-            most: [f32::NEG_INFINITY; NODES],
-            mean: [[0.0; CONTROL]; NODES],
+    fn head(&self, control: &Control, nodes: &Nodes) -> Head {
+        let t = nodes.t.as_flattened();
+        let Fields { log, mean, .. } = self.fields(control, &pairs(t));
+        let node = |(j, log_weight): (usize, &f32)| {
+            let log = of_place(&log, j).map(|log| log + log_weight);
+            let (most, log) = (most(&log), surface(log));
+            Node { t: t[j], log, log_weight: *log_weight, most, mean: surface(of_place(&mean, j)) }
         };
-        for j in 0..NODES {
-            let weight = (rule.weight[j] as f32).max(f32::MIN_POSITIVE).ln();
-            let log = seen(&log_beta[j], &depth[j], weight);
-            head.log_weight[j] = weight;
-            head.most[j] = most(&log);
-            head.log[j] = surface(&log);
-            head.mean[j] = surface(&mean[j]);
-        }
-        head
+        Head { nodes: nodes.log_weight.as_flattened().iter().enumerate().map(node).collect() }
     }
 
     fn tail(&self, control: &Control, from: f32, to: f32) -> Tail {
         let range = to - from;
-        let t: Vec<Each> = CHEBYSHEV.iter().map(|x| [range.mul_add(*x, from); 16]).collect();
-        let Profile { log_beta, depth } = control.profile(self.context, self.blobs, &t);
-        let mean = control.toward_light(self.context, self.lamp, &t);
-        let log: [Each; TAIL] = std::array::from_fn(|i| seen(&log_beta[i], &depth[i], 0.0));
-        Tail {
-            from,
-            range,
-            most: log.iter().map(most).fold(f32::NEG_INFINITY, f32::max),
-            log: cubic(&log).map(|row| surface(&row)),
-            mean: cubic(&[mean[0], mean[1], mean[2], mean[3]]).map(|row| surface(&row)),
-        }
+        let t = CHEBYSHEV.map(|x| range.mul_add(x, from));
+        let Fields { log, mean, .. } = self.fields(control, &pairs(&t));
+        let along = |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(surface);
+        let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
+        Tail { from, range, log: along(&log), most, mean: along(&mean) }
     }
 
     /// Sums at the pixels of a layer.
@@ -286,7 +224,7 @@ impl Pass<'_> {
                 let end = length.min(Lanes::splat(simd, layer.last));
                 sum += pixels::tail(simd, tail, &terms, &light, end);
             }
-            let mut values = [0.0; 16];
+            let mut values = [0.0; PADDED];
             sum.store(&mut values);
             for (value, ray) in values.iter().zip(members) {
                 let (rows, at) = (&mut *airlight[ray.batch()], ray.at());
@@ -298,9 +236,9 @@ impl Pass<'_> {
     }
 
     /// Place in the picture, direction, start and length of a few rays; the last one repeated.
-    fn gather(&self, members: &[Ray]) -> [[f32; 16]; 9] {
-        let mut rows = [[0.0; 16]; 9];
-        for lane in 0..16 {
+    fn gather(&self, members: &[Ray]) -> [[f32; PADDED]; 9] {
+        let mut rows = [[0.0; PADDED]; 9];
+        for lane in 0..PADDED {
             let ray = members[lane.min(members.len() - 1)];
             let (Ends { rays, hits }, at) = (&self.block[ray.batch()], ray.at());
             [rows[0][lane], rows[1][lane]] = self.places.get(ray).to_array();
@@ -314,32 +252,17 @@ impl Pass<'_> {
     }
 }
 
-/// ln(weight · β) − T on the control rays. Behind what is opaque its size does not matter.
-fn seen(log_beta: &Each, depth: &Each, weight: f32) -> Each {
-    std::array::from_fn(|c| weight + log_beta[c] - depth[c].min(2.0 * OPAQUE as f32))
-}
-
 /// The largest of the control rays' values, and room for what lies between them.
-fn most(log: &Each) -> f32 {
-    log[..CONTROL].iter().copied().fold(f32::NEG_INFINITY, f32::max) + 0.5
-}
-
-/// Numbers along one ray, in full rows.
-fn spread(t: &[f64; PROBES]) -> Vec<Each> {
-    let row = |t: &[f64]| std::array::from_fn(|c| t[c] as f32);
-    t.chunks(PADDED).map(row).collect()
-}
-
-fn flatten(rows: &[Each]) -> [f32; PROBES] {
-    std::array::from_fn(|i| rows[i / PADDED][i % PADDED])
+fn most(log: &[f32; CONTROL]) -> f32 {
+    log.iter().copied().fold(f32::NEG_INFINITY, f32::max) + 0.5
 }
 
 /// Where a tail's fields are evaluated: Chebyshev's abscissae on [0, 1].
 const CHEBYSHEV: [f32; TAIL] = [0.038_060_233, 0.308_658_28, 0.691_341_7, 0.961_939_75];
 
 /// Coefficients of the cubic through values at [`CHEBYSHEV`], control ray by control ray.
-fn cubic(values: &[Each; TAIL]) -> [Each; TAIL] {
-    let mut coefficients = [[0.0; 16]; TAIL];
+fn cubic(values: [[f32; CONTROL]; TAIL]) -> [[f32; CONTROL]; TAIL] {
+    let mut coefficients = [[0.0; CONTROL]; TAIL];
     for c in 0..CONTROL {
         // Newton's divided differences, then expanded.
         let mut d = [0, 1, 2, 3].map(|i| f64::from(values[i][c]));

@@ -18,6 +18,8 @@ pub struct Tolerance {
     wide: f64,
     /// Relative error of the airlight at the place where it is checked.
     pub rough: f64,
+    /// Relative difference of two rules that agree.
+    pub agree: f64,
     /// Rays of a layer end within this share of each other's way through the fog.
     pub layer: f32,
     /// A larger patch of more layers than this is split.
@@ -29,10 +31,10 @@ impl Tolerance {
     pub fn new(quality: Quality) -> Self {
         match quality {
             Quality::Full => {
-                Self { near: 0.4, hidden: 5e-3, wide: 0.06, rough: 5e-4, layer: 0.12, layers: 3 }
+                Self { near: 0.4, hidden: 5e-3, wide: 0.06, rough: 5e-4, agree: 5e-4, layer: 0.12, layers: 3 }
             }
             Quality::Draft => {
-                Self { near: 1.0, hidden: 0.1, wide: 0.2, rough: 0.03, layer: 0.5, layers: 8 }
+                Self { near: 1.0, hidden: 0.1, wide: 0.2, rough: 0.03, agree: 5e-3, layer: 0.5, layers: 8 }
             }
         }
     }

@@ -1,9 +1,8 @@
 //! What every pixel of a patch does itself: interpolates the fields, and sums the rule with its own
 //! distance from the light.
 
-use super::control::{CONTROL, Each};
+use super::control::CONTROL;
 use crate::airlight::ToLight;
-use crate::airlight::mapped::NODES;
 use crate::num::{Lanes, Num};
 use crate::phase::Phase;
 use crate::quadrature::gauss_legendre;
@@ -17,18 +16,24 @@ pub type Surface = [f32; CONTROL];
 /// Nodes of a tail, and terms of the polynomials along it.
 pub const TAIL: usize = 4;
 
-/// What lies before the first end of a layer's rays: one entry a node.
+/// What lies before the first end of a layer's rays.
 pub struct Head {
-    /// Ray parameters [m].
-    pub t: [f32; NODES],
+    /// The nodes of its rule.
+    pub nodes: Vec<Node>,
+}
+
+/// One node of a rule.
+pub struct Node {
+    /// Ray parameter [m].
+    pub t: f32,
     /// ln(w β) − T, w the node's weight [m].
-    pub log: [Surface; NODES],
+    pub log: Surface,
     /// ln w.
-    pub log_weight: [f32; NODES],
+    pub log_weight: f32,
     /// Its largest value on the eight rays: quadratics may overshoot.
-    pub most: [f32; NODES],
+    pub most: f32,
     /// T(x, s)/d [1/m].
-    pub mean: [Surface; NODES],
+    pub mean: Surface,
 }
 
 /// What lies between the first and the last end: polynomials in (t − from)/range.
@@ -46,8 +51,7 @@ pub struct Tail {
 }
 
 /// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
-pub fn surface(values: &Each) -> Surface {
-    let [a, b, c, d, top, bottom, left, right] = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| values[i]);
+pub fn surface([a, b, c, d, top, bottom, left, right]: [f32; CONTROL]) -> Surface {
     // Half sums and differences along the sides.
     let (upper, lower) = (0.5 * (a + b), 0.5 * (c + d));
     let (upper_x, lower_x) = (0.5 * (b - a), 0.5 * (d - c));
@@ -123,9 +127,31 @@ impl<S: Simd> Light<S> {
         Self { closest, miss2: miss.squared(), phase }
     }
 
-    /// k(α) e^(log − mean · d)/d² at distance `aside` from the closest point.
+    /// The same light before one ray.
     #[inline(always)]
-    fn scattered(&self, aside: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
+    pub fn of(simd: S, phase: Phase, &ToLight { closest, miss }: &ToLight<f64>) -> Self {
+        let splat = |value: f64| Lanes::splat(simd, value as f32);
+        Self { closest: splat(closest), miss2: splat(miss).squared(), phase }
+    }
+
+    /// √(k(α) e^(log − mean · d)) at the ray parameter `t`.
+    #[inline(always)]
+    pub fn root(&self, t: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
+        let aside = t - self.closest;
+        let distance = aside.mul_add(aside, self.miss2).sqrt();
+        let falling = ((log - mean * distance) * t.lit(0.5)).exp();
+        falling * self.phase.value(-aside / distance).sqrt()
+    }
+
+    /// k(α) e^(log − mean · d)/d² at the ray parameter `t`.
+    #[inline(always)]
+    pub fn scattered(&self, t: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
+        self.scattered_aside(t - self.closest, log, mean)
+    }
+
+    /// The same at distance `aside` from the closest point.
+    #[inline(always)]
+    fn scattered_aside(&self, aside: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
         let zero = aside.lit(0.0);
         let distance2 = aside.mul_add(aside, self.miss2);
         let distance = distance2.sqrt();
@@ -141,11 +167,10 @@ impl<S: Simd> Light<S> {
 #[inline(always)]
 pub fn head<S: Simd>(simd: S, head: &Head, terms: &Terms<S>, light: &Light<S>) -> Lanes<S> {
     let mut sum = Lanes::splat(simd, 0.0);
-    for j in 0..NODES {
-        let aside = Lanes::splat(simd, head.t[j]) - light.closest;
-        let log = terms.value(simd, &head.log[j]).min(Lanes::splat(simd, head.most[j]));
-        let mean = terms.value(simd, &head.mean[j]);
-        sum += light.scattered(aside, log, mean);
+    for node in &head.nodes {
+        let log = terms.value(simd, &node.log).min(Lanes::splat(simd, node.most));
+        let mean = terms.value(simd, &node.mean);
+        sum += light.scattered(Lanes::splat(simd, node.t), log, mean);
     }
     sum
 }
@@ -222,7 +247,7 @@ fn piece<S: Simd>(
         let inverse = one / rest.mul_add(far, x * near);
         let aside = rest.mul_add(from * far, x * to * near) * inverse;
         let at = (aside - begin) * scale;
-        let value = light.scattered(aside, log.at(at).min(most), mean.at(at));
+        let value = light.scattered_aside(aside, log.at(at).min(most), mean.at(at));
         sum += weight * range * inverse.squared() * value;
     }
     sum
@@ -230,6 +255,6 @@ fn piece<S: Simd>(
 
 /// Gauss–Legendre abscissae and weights of a tail.
 static SHORT: LazyLock<([f32; TAIL], [f32; TAIL])> = LazyLock::new(|| {
-    let (nodes, weights) = gauss_legendre::<TAIL>();
-    (nodes.map(|x| x as f32), weights.map(|w| w as f32))
+    let (nodes, weights) = gauss_legendre(TAIL);
+    (std::array::from_fn(|i| nodes[i] as f32), std::array::from_fn(|i| weights[i] as f32))
 });

@@ -214,7 +214,7 @@ fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<V
     let list = BlobList::new(context.level, field, &bundle, 0.0, Purpose::Nodes);
     let blobs = control::unpack(&list);
     let mut all = Vec::with_capacity(square.len());
-    for rays in square.chunks(control::CONTROL) {
+    for rays in square.chunks(control::PADDED) {
         let control = Control::from_directions(rays);
         let depth = control.depth(context, &blobs, t);
         for c in 0..rays.len() {
