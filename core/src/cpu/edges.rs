@@ -1,34 +1,71 @@
 //! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
 //! orientation or another depth are sampled again, within their area.
 
-use super::batch::{Hits, Rays, SIZE, TILE, get3};
+use super::batch::{Fogged, Hits, Rays, SIZE, TILE, get3};
 use super::composite::compose;
+use super::fog::Ends;
 use super::frame::Context;
 use super::trace::Order;
 use super::viewpoint::Tile;
 use crate::request::Layer;
 use glam::DVec2;
-use rayon::prelude::*;
 
-/// Replaces edge pixels by the mean of their samples.
-pub fn resolve(context: &Context, hits: &[Hits], pixels: &mut [f32]) {
-    let channels = context.view.layer.channels();
-    let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
-    let resolved: Vec<_> = (0..context.grid.count())
-        .into_par_iter()
-        .map(|index| {
-            let places = edge_places(context, hits, index);
-            let over = places.is_empty() || context.progress.is_over();
-            if over { Vec::new() } else { sample_tile(context, index, &places, &shifts) }
-        })
-        .collect();
-    for (index, values) in resolved.iter().enumerate() {
-        let tile = context.grid.tile(index);
-        for (place, value) in values {
-            let (x, y) = tile.pixel(*place);
-            let start = (y * context.grid.width + x) * channels;
-            pixels[start..start + channels].copy_from_slice(&value[..channels]);
+/// The samples of a tile's edge pixels, as many side by side as a batch holds.
+pub struct Samples {
+    places: Vec<usize>,
+    rays: Vec<Rays>,
+    hits: Vec<Hits>,
+}
+
+impl Samples {
+    /// Finds the edges of a tile and where their samples end; none if one sample is asked for.
+    pub fn new(context: &Context, hits: &[Hits], index: usize) -> Self {
+        let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
+        let places = if shifts.len() > 1 { edge_places(context, hits, index) } else { vec![] };
+        if places.is_empty() {
+            return Self { places, rays: vec![], hits: vec![] };
         }
+        let rays = rays(context, context.grid.tile(index), &places, &shifts);
+        let mut hits = context.trace(index, &rays, &order(&places, &shifts));
+        for (rays, hits) in rays.iter().zip(&mut hits) {
+            hits.pad(rays.count - 1);
+        }
+        Self { places, rays, hits }
+    }
+
+    /// Their batches.
+    pub fn ends(&self) -> impl Iterator<Item = Ends<'_>> {
+        self.rays.iter().zip(&self.hits).map(|(rays, hits)| Ends { rays, hits })
+    }
+
+    /// The edge pixels as means of their samples, given the fog along each batch.
+    pub fn resolve(&self, context: &Context, fogged: &[Fogged]) -> Vec<(usize, [f32; 3])> {
+        let mut sums = vec![([0.0f32; 3], 0.0f32); self.places.len()];
+        let each = context.view.samples.unwrap_or(1) as usize;
+        let mut samples = (0..self.places.len()).flat_map(|at| std::iter::repeat_n(at, each));
+        for (Ends { rays, hits }, fogged) in self.ends().zip(fogged) {
+            let surface = context.shade(rays, hits);
+            let values = compose(context, hits, &surface, fogged);
+            for (at, pixel) in samples.by_ref().take(rays.count).enumerate() {
+                let value = values.each_ref().map(|row| row[at]);
+                let weight = weight(context, value);
+                let (sum, weights) = &mut sums[pixel];
+                *weights += weight;
+                (0..3).for_each(|k| sum[k] += weight * value[k]);
+            }
+        }
+        let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
+        self.places.iter().copied().zip(sums.into_iter().map(mean)).collect()
+    }
+}
+
+/// Puts a tile's resolved edge pixels into the picture.
+pub fn place(context: &Context, index: usize, edges: &[(usize, [f32; 3])], pixels: &mut [f32]) {
+    let (channels, tile) = (context.view.layer.channels(), context.grid.tile(index));
+    for (place, value) in edges {
+        let (x, y) = tile.pixel(*place);
+        let start = (y * context.grid.width + x) * channels;
+        pixels[start..start + channels].copy_from_slice(&value[..channels]);
     }
 }
 
@@ -62,34 +99,6 @@ fn is_edge(a: &Hits, i: usize, b: &Hits, j: usize) -> bool {
     let bent = normal != other && normal.dot(other) < 0.8;
     // A jump between two parts of one surface that face the same way.
     bent || far > 1.5 * near
-}
-
-/// Samples all edge pixels of a tile at every shift, as many samples at once as a batch holds.
-fn sample_tile(
-    context: &Context,
-    index: usize,
-    places: &[usize],
-    shifts: &[DVec2],
-) -> Vec<(usize, [f32; 3])> {
-    let rays = rays(context, context.grid.tile(index), places, shifts);
-    let hits = context.trace(index, &rays, &order(places, shifts));
-    let mut sums = vec![([0.0f32; 3], 0.0f32); places.len()];
-    let mut samples = (0..places.len()).flat_map(|pixel| std::iter::repeat_n(pixel, shifts.len()));
-    for (rays, mut hits) in rays.iter().zip(hits) {
-        hits.pad(rays.count - 1);
-        let fogged = context.fog(rays, &hits);
-        let surface = context.shade(rays, &hits);
-        let values = compose(context, &hits, &surface, &fogged);
-        for (at, pixel) in samples.by_ref().take(rays.count).enumerate() {
-            let value = values.each_ref().map(|row| row[at]);
-            let weight = weight(context, value);
-            let (sum, weights) = &mut sums[pixel];
-            *weights += weight;
-            (0..3).for_each(|k| sum[k] += weight * value[k]);
-        }
-    }
-    let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
-    places.iter().copied().zip(sums.into_iter().map(mean)).collect()
 }
 
 /// The samples of one pixel after the other.

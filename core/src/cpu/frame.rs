@@ -2,11 +2,12 @@
 
 use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE, TILE};
 use super::cache::Cache;
+use super::edges::{self, Samples};
 use super::fog::{Ends, LitBlobs};
 use super::mapped::LightTable;
 use super::trace::{Order, Tracer};
 use super::viewpoint::{Grid, Viewpoint};
-use super::{composite, edges, fog, shade, upsample};
+use super::{composite, fog, shade, upsample};
 use crate::airlight::fogshop2007::LightSide;
 use crate::airlight::{Estimator, Method};
 use crate::geometry::Geometry;
@@ -99,16 +100,15 @@ pub fn render(
     let surface = surfaces(&context, &hits, low);
     clock.lap("surface_radiance")?;
 
-    let fogged = fog_along_views(&context, &hits, low);
-    clock.lap("airlight")?;
+    let Fog { along_views, edges } = fog(&context, &hits, low);
+    clock.lap(if edges.is_empty() { "airlight" } else { "airlight_and_edges" })?;
 
-    let mut pixels = composite::picture(&context, &hits, &surface, &fogged);
+    let mut pixels = composite::picture(&context, &hits, &surface, &along_views);
+    for (index, edges) in &edges {
+        edges::place(&context, *index, edges, &mut pixels);
+    }
     clock.lap("composite")?;
 
-    if view.samples.is_some_and(|samples| samples > 1) {
-        edges::resolve(&context, &hits, &mut pixels);
-        clock.lap("edges")?;
-    }
     let (width, height) = (context.grid.width, context.grid.height);
     Ok(Frame { width, height, layer: view.layer, pixels, timings: clock.laps })
 }
@@ -176,12 +176,12 @@ impl<'a> Context<'a> {
         dispatch!(self.level, simd => tracer.trace(simd, rays, self.far_m))
     }
 
-    /// What the fog does along a batch, as far as the layer shows it.
-    pub fn fog(&self, rays: &Rays, hits: &Hits) -> Fogged {
+    /// What the fog does along batches that stand together, as far as the layer shows it.
+    pub fn fog(&self, block: &[Ends<'_>]) -> Vec<Fogged> {
         if self.shows_fog() {
-            fog::along(self, rays, hits, self.shows_airlight())
+            fog::along_block(self, block, self.shows_airlight())
         } else {
-            Fogged::clear()
+            vec![Fogged::clear(); block.len()]
         }
     }
 
@@ -262,40 +262,65 @@ fn surfaces(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Ve
     })
 }
 
-fn fog_along_views(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Vec<Fogged> {
-    if !context.shows_fog() {
-        return Vec::new();
+/// What fog does to the picture.
+struct Fog {
+    /// Tile by tile, if the layer shows it.
+    along_views: Vec<Fogged>,
+    /// The edge pixels of some tiles, by the tile's place.
+    edges: Vec<(usize, Vec<(usize, [f32; 3])>)>,
+}
+
+/// Block by block: what is interpolated across the picture serves pixels and the samples of edges.
+fn fog(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Fog {
+    let edges = context.view.samples.is_some_and(|samples| samples > 1);
+    if !context.shows_fog() && !edges {
+        return Fog { along_views: Vec::new(), edges: Vec::new() };
     }
     let blocks = context.grid.blocks();
     context.progress.start(blocks.len());
     let done: Vec<_> = blocks.par_iter().map(|block| fog_of(context, hits, low, block)).collect();
-    let mut fogged = vec![Fogged::clear(); context.grid.count()];
-    for (block, values) in blocks.iter().zip(done) {
-        block.iter().zip(values).for_each(|(index, value)| fogged[*index] = value);
+    let shown = if context.shows_fog() { context.grid.count() } else { 0 };
+    let mut fog = Fog { along_views: vec![Fogged::clear(); shown], edges: Vec::new() };
+    for (block, done) in blocks.iter().zip(done) {
+        block.iter().zip(done.along_views).for_each(|(i, value)| fog.along_views[*i] = value);
+        fog.edges.extend(done.edges);
     }
-    fogged
+    fog
 }
 
-fn fog_of(
-    context: &Context,
-    hits: &[Hits],
-    low: Option<&upsample::Low>,
-    block: &[usize],
-) -> Vec<Fogged> {
+fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: &[usize]) -> Fog {
     if context.progress.is_over() {
-        return Vec::new();
+        return Fog { along_views: Vec::new(), edges: Vec::new() };
     }
     context.progress.advance();
     let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
     let rays: Vec<_> = block.iter().map(rays).collect();
+    let samples: Vec<_> = block.iter().map(|index| Samples::new(context, hits, *index)).collect();
     let both = || block.iter().zip(&rays);
-    match low {
-        Some(low) => both().map(|(i, rays)| low.fog(context, *i, rays, &hits[*i])).collect(),
-        None => {
-            let ends: Vec<_> = both().map(|(i, rays)| Ends { rays, hits: &hits[*i] }).collect();
-            fog::along_block(context, &ends, context.shows_airlight())
+    // Tiles first, then the samples.
+    let mut ends: Vec<_> = match low {
+        None if context.shows_fog() => {
+            both().map(|(i, rays)| Ends { rays, hits: &hits[*i] }).collect()
+        }
+        _ => Vec::new(),
+    };
+    let tiles = ends.len();
+    ends.extend(samples.iter().flat_map(Samples::ends));
+    let mut along_views = context.fog(&ends);
+    let along_samples = along_views.split_off(tiles);
+    if let Some(low) = low.filter(|_| context.shows_fog()) {
+        along_views = both().map(|(i, rays)| low.fog(context, *i, rays, &hits[*i])).collect();
+    }
+    let mut rest = along_samples.as_slice();
+    let mut edges = Vec::new();
+    for (index, samples) in block.iter().zip(&samples) {
+        let (own, others) = rest.split_at(samples.ends().count());
+        rest = others;
+        if !own.is_empty() {
+            edges.push((*index, samples.resolve(context, own)));
         }
     }
+    Fog { along_views, edges }
 }
 
 /// Times passes, and stops between them.

@@ -31,7 +31,7 @@ impl Tolerance {
     pub fn new(quality: Quality) -> Self {
         match quality {
             Quality::Full => {
-                Self { near: 0.4, hidden: 5e-3, wide: 0.06, rough: 5e-4, agree: 5e-4, layer: 0.12, layers: 3 }
+                Self { near: 0.7, hidden: 2e-2, wide: 0.1, rough: 2e-3, agree: 1e-3, layer: 0.2, layers: 4 }
             }
             Quality::Draft => {
                 Self { near: 1.0, hidden: 0.1, wide: 0.2, rough: 0.03, agree: 5e-3, layer: 0.5, layers: 8 }
