@@ -54,7 +54,7 @@ const KEPT_TILES: usize = 1 << 13;
 
 /// Bytes of depths and of tables around lights that are kept, each: a dragged lamp leaves one behind
 /// at every place.
-const KEPT_BYTES: usize = 64 << 20;
+const KEPT_BYTES: usize = 128 << 20;
 
 /// First hits of all tiles, and what they depend on.
 #[derive(Debug)]

@@ -202,14 +202,10 @@ impl Control {
     }
 
     fn look_up(&self, context: &Context, lamp: &Lamp, table: &LightTable, t: &[Each]) -> Vec<Each> {
-        let light = lamp.from_camera.as_vec3();
-        let beta = context.field.homogeneous.beta as f32;
         let mut mean = vec![[0.0; PADDED]; t.len()];
-        for (mean, t) in mean.iter_mut().zip(t) {
-            for c in 0..PADDED {
-                mean[c] = beta + table.mean(self.point(c, t[c]) - light);
-            }
-        }
+        dispatch!(context.level, simd => {
+            look_up(simd, self, context, lamp, table, t, &mut mean);
+        });
         mean
     }
 
@@ -243,6 +239,27 @@ impl Control {
         for row in 0..rows.len() {
             let at = row * PADDED;
             mean.push(std::array::from_fn(|c| beta + depth[at + c] / length[at + c]));
+        }
+    }
+}
+
+#[inline(always)]
+fn look_up<S: Simd>(
+    simd: S,
+    control: &Control,
+    context: &Context,
+    lamp: &Lamp,
+    table: &LightTable,
+    t: &[Each],
+    mean: &mut [Each],
+) {
+    let light = splat3(simd, lamp.from_camera.as_vec3().to_array());
+    let beta = Lanes::splat(simd, context.field.homogeneous.beta as f32);
+    for (mean, t) in mean.iter_mut().zip(t) {
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let start = load3(simd, &control.offset, at) - light;
+            let way = start + load3(simd, &control.direction, at).scale(Lanes::load(simd, &t[at..]));
+            (table.means(simd, way) + beta).store(&mut mean[at..]);
         }
     }
 }

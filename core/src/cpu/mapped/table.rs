@@ -2,23 +2,30 @@
 //! the distance: where many blobs shade a light, a look-up costs the same whatever their number.
 //!
 //! The quotient is smooth through the light itself, where T has a cone, and the table is
-//! interpolated by cubics in all three coordinates. Directions are those of a cube's six faces, one
+//! interpolated by cubics in all three coordinates. Around a light among the blobs, directions are
+//! those of a cube's six faces; a light far from them sees them through one window. A face is one
 //! sample wider on each side, so that no cubic reaches over an edge.
 
-use super::control::{self, Control, Each};
+use super::control::{self, Control, Each, PADDED};
 use crate::airlight::ENDS;
 use crate::cpu::blobs::{BlobList, Purpose};
 use crate::cpu::frame::Context;
+use crate::cpu::kernels::splat3;
 use crate::geometry::bundle::Bundle;
 use crate::media::Field;
-use glam::{DVec3, Vec3};
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::{Simd, SimdFloat};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Fewer blobs than this are summed up directly.
 const FEWEST_BLOBS: usize = 48;
-/// Most samples along the side of a face, and along a direction.
-const MOST: usize = 64;
-const MOST_SHELLS: usize = 112;
+/// Most samples of a table (16 MB), and of all tables of a frame.
+const MOST: usize = 4 << 20;
+const MOST_TOGETHER: usize = 24 << 20;
+/// Most shells around a light, and behind a window.
+const MOST_SHELLS: [usize; 2] = [112, 160];
 /// What cubics between samples may miss of a blob's half depth, in optical depth.
 const ERROR: f64 = 4e-3;
 /// Directions that are summed up together: a square of them.
@@ -27,6 +34,8 @@ const GROUP: usize = 8;
 /// T(s, x)/d of a scene's blobs around one light.
 #[derive(Debug)]
 pub struct LightTable {
+    /// The directions of the only face; `None` for those of a cube.
+    window: Option<Window>,
     /// Samples along the side of a face, without those beyond its edges.
     side: usize,
     shells: usize,
@@ -38,6 +47,32 @@ pub struct LightTable {
     values: Vec<f32>,
 }
 
+/// The directions in which a light sees fog from outside.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    /// Across, down, and towards the fog's middle.
+    axes: [DVec3; 3],
+    /// Tangent of half the angle across.
+    reach: f64,
+}
+
+impl Window {
+    /// `None` if the light is among the blobs or close to them.
+    fn new(field: &Field, light: DVec3) -> Option<Self> {
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for blob in &field.blobs {
+            let reach = DVec3::splat(ENDS / blob.a);
+            (min, max) = (min.min(blob.center - reach), max.max(blob.center + reach));
+        }
+        let (middle, radius) = (0.5 * (min + max), 0.5 * min.distance(max));
+        let distance = middle.distance(light);
+        let tangent = radius / (distance * distance - radius * radius).max(0.0).sqrt();
+        let toward = (middle - light).normalize_or_zero();
+        let (across, down) = toward.any_orthonormal_pair();
+        (tangent < 1.0).then_some(Self { axes: [across, down, toward], reach: tangent })
+    }
+}
+
 /// Geometry of a table: spacing of samples [rad], nearest and farthest shell [m].
 struct Extent {
     spacing: f64,
@@ -46,8 +81,9 @@ struct Extent {
 }
 
 impl Extent {
-    /// `None` if the blobs are too small for any table.
-    fn new(field: &Field, light: DVec3) -> Option<Self> {
+    /// For faces of that reach and at most so many samples along their sides; `None` if the blobs
+    /// are too small for them.
+    fn new(field: &Field, light: DVec3, reach: f64, most: usize) -> Option<Self> {
         let (mut near, mut far) = (f64::INFINITY, 0.0f64);
         let mut spacings = Vec::with_capacity(field.blobs.len());
         for blob in &field.blobs {
@@ -56,15 +92,15 @@ impl Extent {
             // The fourth derivative of a Gaussian, met by the error of cubics.
             let sharp = (ERROR / (0.28 * blob.half_depth())).powf(0.25).min(1.5);
             spacings.push(sharp * radius / distance.max(radius));
-            near = near.min(radius.max(distance - 3.0 * radius));
+            near = near.min(radius.max(distance - ENDS * radius));
             far = far.max(distance + ENDS * radius);
         }
         spacings.sort_unstable_by(f64::total_cmp);
-        let finest = 2.0 / MOST as f64;
+        let finest = 2.0 * reach / most as f64;
         // A few blobs that are finer than the rest do not decide: they are far away, or thin.
-        let spacing = spacings[spacings.len() / 10].clamp(finest, 0.25);
+        let spacing = spacings[spacings.len() / 10].max(finest).min(0.25 * reach);
         let fits = spacings[spacings.len() / 4] > 0.25 * finest;
-        fits.then_some(Self { spacing, near: (0.2 * near).max(1e-3 * far), far })
+        fits.then_some(Self { spacing, near: near.max(1e-3 * far), far })
     }
 }
 
@@ -74,42 +110,46 @@ impl LightTable {
         if context.field.blobs.len() < FEWEST_BLOBS {
             return None;
         }
-        let extent = Extent::new(context.field, light)?;
-        let side = (2.0 / extent.spacing).ceil() as usize + 1;
-        let span = (extent.far / extent.near).ln();
-        let shells = (span / extent.spacing).ceil().min(MOST_SHELLS as f64) as usize + 3;
+        let window = Window::new(context.field, light);
+        let (faces, most_shells) =
+            if window.is_some() { (1, MOST_SHELLS[1]) } else { (6, MOST_SHELLS[0]) };
+        let reach = window.map_or(1.0, |window| window.reach);
+        let samples = MOST.min(MOST_TOGETHER / context.lamps.len());
+        let most = ((samples / most_shells / faces) as f64).sqrt() as usize;
+        let extent = Extent::new(context.field, light, reach, most.saturating_sub(3))?;
+        let side = (2.0 * reach / extent.spacing).ceil() as usize + 1;
+        // A light among the fog meets its mean extinction from the first step on.
+        let near = if window.is_some() { extent.near } else { 0.2 * extent.near };
+        let span = (extent.far / near).ln();
+        let shells = (span / extent.spacing).ceil().min((most_shells - 3) as f64) as usize + 3;
         // One shell stands before the first and one after the last.
         let density = (shells - 3) as f64 / span;
-        let first = extent.near.ln() - 1.0 / density;
+        let first = near.ln() - 1.0 / density;
         let mut table = Self {
+            window,
             side,
             shells,
             first: first as f32,
             density: density as f32,
-            values: vec![0.0; 6 * (side + 2) * (side + 2) * shells],
+            values: vec![0.0; faces * (side + 2) * (side + 2) * shells],
         };
         table.fill(context, light);
         Some(table)
     }
 
     fn fill(&mut self, context: &Context, light: DVec3) {
-        let (wide, side, shells) = (self.side + 2, self.side, self.shells);
-        let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; 16]).collect();
+        let (wide, shells) = (self.side + 2, self.shells);
+        let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
-        let band = GROUP * wide * shells;
-        let bands: Vec<_> =
-            (0..6).flat_map(|face| (0..wide).step_by(GROUP).map(move |row| (face, row))).collect();
-        let mut rest = self.values.as_mut_slice();
-        let mut parts = Vec::new();
-        for (face, row) in bands {
-            let rows = GROUP.min(wide - row);
-            let (part, after) = rest.split_at_mut(band / GROUP * rows);
-            parts.push((face, row, part));
-            rest = after;
-        }
-        parts.into_par_iter().for_each(|(face, row, part)| {
+        let mut values = std::mem::take(&mut self.values);
+        let faces = values.chunks_mut(wide * wide * shells).enumerate();
+        let bands = faces.flat_map(|(face, values)| {
+            let bands = values.chunks_mut(GROUP * wide * shells).enumerate();
+            bands.map(move |(band, values)| (face, band * GROUP, values))
+        });
+        bands.collect::<Vec<_>>().into_par_iter().for_each(|(face, row, part)| {
             for column in (0..wide).step_by(GROUP) {
-                let place = |i: usize| direction(face, row + i / GROUP, column + i % GROUP, side);
+                let place = |i: usize| self.direction(face, row + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
                 for (i, shells_of) in group(context, light, &square, &t).into_iter().enumerate() {
                     let (y, x) = (i / GROUP, column + i % GROUP);
@@ -120,6 +160,7 @@ impl LightTable {
                 }
             }
         });
+        self.values = values;
     }
 
     /// How much memory it takes.
@@ -131,77 +172,131 @@ impl LightTable {
         (f64::from(self.first) + shell as f64 / f64::from(self.density)).exp()
     }
 
-    /// The blobs' mean extinction between the light and a point relative to it [1/m].
-    pub fn mean(&self, way: Vec3) -> f32 {
-        let distance = way.length().max(f32::MIN_POSITIVE);
-        let (face, u, v) = face(way);
-        let (column, fx) = self.cell(u);
-        let (row, fy) = self.cell(v);
-        let last = (self.shells - 2) as f32;
-        let radial = (distance.ln() - self.first) * self.density;
-        let shell = (radial.clamp(1.0, last - 1e-3)) as usize;
-        let (wx, wy) = (cubic(fx), cubic(fy));
-        let wr = cubic((radial - shell as f32).clamp(0.0, 1.0));
-        let wide = self.side + 2;
-        let mut sum = 0.0;
-        for (i, wy) in wy.iter().enumerate() {
-            let row = (face * wide + row + i) * wide + column;
-            for (k, wx) in wx.iter().enumerate() {
-                let at = (row + k) * self.shells + shell - 1;
-                let [a, b, c, d] = self.values[at..at + 4] else { continue };
-                let along = (wr[0] * a + wr[1] * b) + (wr[2] * c + wr[3] * d);
-                sum += wx * wy * along;
-            }
+    /// The direction of a sample.
+    fn direction(&self, face: usize, row: usize, column: usize) -> DVec3 {
+        let at = |i: usize| -1.0 + (i as f64 - 1.0) * 2.0 / (self.side - 1) as f64;
+        let (u, v) = (at(column), at(row));
+        if let Some(Window { axes: [across, down, toward], reach }) = self.window {
+            return (toward + reach * (u * across + v * down)).normalize();
         }
-        // Behind the last shell nothing is added.
-        let beyond = (radial - last).max(0.0) / self.density;
-        (sum * (-beyond).exp()).max(0.0)
+        let major = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+        match face / 2 {
+            0 => DVec3::new(major, u, v),
+            1 => DVec3::new(v, major, u),
+            _ => DVec3::new(u, v, major),
+        }
+        .normalize()
     }
 
-    /// The first sample of a cubic, and where it is used between the middle two.
-    fn cell(&self, u: f32) -> (usize, f32) {
-        let at = (u + 1.0) * 0.5 * (self.side - 1) as f32;
-        let first = (at as usize).min(self.side - 2);
-        (first, at - first as f32)
+    /// The blobs' mean extinction between the light and points relative to it [1/m].
+    #[inline(always)]
+    pub fn means<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> Lanes<S> {
+        let distance = way.length_squared().sqrt();
+        let (face, u, v, seen) = self.on_face(simd, way, distance);
+        let half = Lanes::splat(simd, 0.5 * (self.side - 1) as f32);
+        let last = Lanes::splat(simd, (self.side - 2) as f32);
+        let (column, x) = cell(u.mul_add(half, half), last);
+        let (row, y) = cell(v.mul_add(half, half), last);
+        let one = distance.lit(1.0);
+        let radial = (distance.ln() - Lanes::splat(simd, self.first))
+            * Lanes::splat(simd, self.density);
+        let end = Lanes::splat(simd, (self.shells - 2) as f32);
+        let (shell, r) = cell(radial.max(one), end - one);
+        let r = r.min(one);
+        let places = [face, row, column, shell].map(store);
+        let weights = [cubic(x), cubic(y), cubic(r)].map(|weights| weights.map(store));
+        let mut sums = [0.0; PADDED];
+        for (lane, sum) in sums.iter_mut().enumerate().take(Lanes::<S>::COUNT) {
+            *sum = self.cubics(places.map(|row| row[lane] as usize), &weights, lane);
+        }
+        // Behind the last shell nothing is added.
+        let beyond = (radial - end).max(one.lit(0.0)) / Lanes::splat(simd, self.density);
+        let sum = Lanes::load(simd, &sums).max(one.lit(0.0)) * (-beyond).exp();
+        sum * seen
     }
+
+    /// The face that points are seen through, where from −1 to 1, and 0 for those that no face
+    /// shows.
+    #[inline(always)]
+    fn on_face<S: Simd>(
+        &self,
+        simd: S,
+        way: V3<Lanes<S>>,
+        distance: Lanes<S>,
+    ) -> (Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>) {
+        let (zero, one) = (distance.lit(0.0), distance.lit(1.0));
+        let least = distance.lit(f64::from(f32::MIN_POSITIVE));
+        if let Some(Window { axes, reach }) = self.window {
+            let [across, down, toward] =
+                axes.map(|axis| way.dot(splat3(simd, axis.as_vec3().to_array())));
+            let scale = one / (toward * one.lit(reach)).max(least);
+            let (u, v) = (across * scale, down * scale);
+            let seen = Lanes::select(zero.lt(toward), one, zero);
+            let seen = Lanes::select(one.lt(u.abs().max(v.abs())), zero, seen);
+            return (zero, u.min(one).max(-one), v.min(one).max(-one), seen);
+        }
+        let V3 { x, y, z } = way;
+        let (y_wins, z_wins) = (x.abs().lt(y.abs()), x.abs().max(y.abs()).lt(z.abs()));
+        let pick = |x, y, z| Lanes::select(z_wins, z, Lanes::select(y_wins, y, x));
+        let (major, u, v) = (pick(x, y, z), pick(y, z, x), pick(z, x, y));
+        let face = pick(zero, one.lit(2.0), one.lit(4.0));
+        let face = face + Lanes::select(major.lt(zero), one, zero);
+        let scale = one / major.abs().max(least);
+        (face, u * scale, v * scale, one)
+    }
+
+    /// The cubics of one lane.
+    #[inline(always)]
+    fn cubics(
+        &self,
+        [face, row, column, shell]: [usize; 4],
+        [x, y, r]: &[[Each; 4]; 3],
+        lane: usize,
+    ) -> f32 {
+        let wide = self.side + 2;
+        let mut along = [0.0f32; 4];
+        for (i, y) in y.iter().enumerate() {
+            let row = (face * wide + row + i) * wide + column;
+            for (k, x) in x.iter().enumerate() {
+                let at = (row + k) * self.shells + shell - 1;
+                let weight = x[lane] * y[lane];
+                let Some(values) = self.values[at..].first_chunk::<4>() else { continue };
+                for (sum, value) in along.iter_mut().zip(values) {
+                    *sum += weight * value;
+                }
+            }
+        }
+        (along[0] * r[0][lane] + along[1] * r[1][lane])
+            + (along[2] * r[2][lane] + along[3] * r[3][lane])
+    }
+}
+
+/// The sample before a place, at most `last`, and how far behind it the place lies.
+#[inline(always)]
+fn cell<S: Simd>(at: Lanes<S>, last: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let first = Lanes(at.0.floor()).max(at.lit(0.0)).min(last);
+    (first, at - first)
+}
+
+#[inline(always)]
+fn store<S: Simd>(lanes: Lanes<S>) -> Each {
+    let mut each = [0.0; PADDED];
+    lanes.store(&mut each);
+    each
 }
 
 /// Weights of the cubic through samples at −1, 0, 1, 2.
-fn cubic(x: f32) -> [f32; 4] {
-    let (before, after, end) = (x + 1.0, x - 1.0, x - 2.0);
+#[inline(always)]
+fn cubic<N: Num>(x: N) -> [N; 4] {
+    let (one, sixth) = (x.lit(1.0), x.lit(1.0 / 6.0));
+    let (before, after, end) = (x + one, x - one, x - x.lit(2.0));
+    let (outer, inner) = (before * x, after * end);
     [
-        -x * after * end / 6.0,
-        before * after * end / 2.0,
-        -before * x * end / 2.0,
-        before * x * after / 6.0,
+        -(x * inner) * sixth,
+        before * inner * x.lit(0.5),
+        -(outer * end) * x.lit(0.5),
+        outer * after * sixth,
     ]
-}
-
-/// The face of a cube that a direction meets, and where.
-fn face(way: Vec3) -> (usize, f32, f32) {
-    let size = way.abs();
-    let (axis, u, v) = if size.x >= size.y && size.x >= size.z {
-        (0, way.y / size.x, way.z / size.x)
-    } else if size.y >= size.z {
-        (1, way.z / size.y, way.x / size.y)
-    } else {
-        (2, way.x / size.z, way.y / size.z)
-    };
-    let guard = |value: f32| if value.is_finite() { value } else { 0.0 };
-    (2 * axis + usize::from(way[axis] < 0.0), guard(u), guard(v))
-}
-
-/// The direction of a sample.
-fn direction(face: usize, row: usize, column: usize, side: usize) -> DVec3 {
-    let at = |i: usize| -1.0 + (i as f64 - 1.0) * 2.0 / (side - 1) as f64;
-    let (u, v) = (at(column), at(row));
-    let major = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-    match face / 2 {
-        0 => DVec3::new(major, u, v),
-        1 => DVec3::new(v, major, u),
-        _ => DVec3::new(u, v, major),
-    }
-    .normalize()
 }
 
 /// T/d at every shell, for each direction of a group.
@@ -214,7 +309,7 @@ fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<V
     let list = BlobList::new(context.level, field, &bundle, 0.0, Purpose::Nodes);
     let blobs = control::unpack(&list);
     let mut all = Vec::with_capacity(square.len());
-    for rays in square.chunks(control::PADDED) {
+    for rays in square.chunks(PADDED) {
         let control = Control::from_directions(rays);
         let depth = control.depth(context, &blobs, t);
         for c in 0..rays.len() {
