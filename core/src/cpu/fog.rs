@@ -37,7 +37,8 @@ impl LitBlobs {
     }
 }
 
-/// Optical depth, and airlight if `lit`, along rays that end at `hits`.
+/// Optical depth, and airlight if `lit`, along rays that end at `hits`; what interpolates across the
+/// picture is added by [`add_mapped`].
 pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let mut fogged = Fogged::clear();
     if context.field.is_empty() {
@@ -47,15 +48,13 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     fogged.depth = hits.length.map(|length| length * beta);
     let method = if lit { context.method } else { Method::None };
     let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
-    let ends = Ends { rays, hits };
-    let list = blobs_on_view(context, &[ends], purpose);
+    let list = blobs_on_view(context, &[Ends { rays, hits }], purpose);
     if method != Method::Fogshop2007 {
         add_depth(context, &list, rays, &hits.length, &mut fogged.depth);
     }
     match method {
-        Method::None => {}
+        Method::None | Method::Mapped => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
-        Method::Mapped => mapped::add_airlight(context, &[ends], &mut [&mut fogged.airlight]),
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
         }
@@ -68,17 +67,10 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     fogged
 }
 
-/// The same of tiles that stand together: an airlight that interpolates across the picture is
-/// formed for all of them at once.
-pub fn along_block(context: &Context, block: &[Ends<'_>], lit: bool) -> Vec<Fogged> {
-    let together = lit && context.method == Method::Mapped;
-    let alone = |ends: &Ends| along(context, ends.rays, ends.hits, lit && !together);
-    let mut fogged: Vec<_> = block.iter().map(alone).collect();
-    if together {
-        let mut airlight: Vec<_> = fogged.iter_mut().map(|fogged| &mut fogged.airlight).collect();
-        mapped::add_airlight(context, block, &mut airlight);
-    }
-    fogged
+/// Adds the airlight that interpolates across the picture, for batches that stand together.
+pub fn add_mapped(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
+    let mut airlight: Vec<_> = fogged.iter_mut().map(|fogged| &mut fogged.airlight).collect();
+    mapped::add_airlight(context, block, &mut airlight);
 }
 
 /// Rays and where they end.

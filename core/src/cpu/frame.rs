@@ -176,12 +176,13 @@ impl<'a> Context<'a> {
         dispatch!(self.level, simd => tracer.trace(simd, rays, self.far_m))
     }
 
-    /// What the fog does along batches that stand together, as far as the layer shows it.
-    pub fn fog(&self, block: &[Ends<'_>]) -> Vec<Fogged> {
+    /// What the fog does along a batch, as far as the layer shows it; but for an airlight that
+    /// interpolates across the picture, which is formed for several batches at once.
+    pub fn fog(&self, rays: &Rays, hits: &Hits) -> Fogged {
         if self.shows_fog() {
-            fog::along_block(self, block, self.shows_airlight())
+            fog::along(self, rays, hits, self.shows_airlight())
         } else {
-            vec![Fogged::clear(); block.len()]
+            Fogged::clear()
         }
     }
 
@@ -276,7 +277,9 @@ fn fog(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Fog {
     if !context.shows_fog() && !edges {
         return Fog { along_views: Vec::new(), edges: Vec::new() };
     }
-    let blocks = context.grid.blocks();
+    // What a draft interpolates reaches farther.
+    let across = if context.view.quality == Quality::Draft { 4 } else { 2 };
+    let blocks = context.grid.blocks(across);
     context.progress.start(blocks.len());
     let done: Vec<_> = blocks.par_iter().map(|block| fog_of(context, hits, low, block)).collect();
     let shown = if context.shows_fog() { context.grid.count() } else { 0 };
@@ -296,21 +299,20 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
     let rays: Vec<_> = block.iter().map(rays).collect();
     let samples: Vec<_> = block.iter().map(|index| Samples::new(context, hits, *index)).collect();
-    let both = || block.iter().zip(&rays);
     // Tiles first, then the samples.
-    let mut ends: Vec<_> = match low {
-        None if context.shows_fog() => {
-            both().map(|(i, rays)| Ends { rays, hits: &hits[*i] }).collect()
-        }
-        _ => Vec::new(),
-    };
-    let tiles = ends.len();
+    let tiles = if context.shows_fog() { block.len() } else { 0 };
+    let ends = |(index, rays): (&usize, _)| Ends { rays, hits: &hits[*index] };
+    let mut ends: Vec<_> = block.iter().zip(&rays).take(tiles).map(ends).collect();
     ends.extend(samples.iter().flat_map(Samples::ends));
-    let mut along_views = context.fog(&ends);
-    let along_samples = along_views.split_off(tiles);
-    if let Some(low) = low.filter(|_| context.shows_fog()) {
-        along_views = both().map(|(i, rays)| low.fog(context, *i, rays, &hits[*i])).collect();
+    let fog = |(at, Ends { rays, hits }): (usize, &Ends)| match low {
+        Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
+        _ => context.fog(rays, hits),
+    };
+    let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
+    if context.method == Method::Mapped && context.shows_airlight() {
+        fog::add_mapped(context, &ends, &mut along_views);
     }
+    let along_samples = along_views.split_off(tiles);
     let mut rest = along_samples.as_slice();
     let mut edges = Vec::new();
     for (index, samples) in block.iter().zip(&samples) {

@@ -5,7 +5,6 @@
 //! airlight has a peak.
 
 use super::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
-use super::fog::Ends;
 use super::frame::{CENTER, Context, is_nothing, rows_for_lamps};
 use super::shade;
 use super::viewpoint::Grid;
@@ -52,7 +51,7 @@ impl Low {
             .into_par_iter()
             .map(|index| {
                 let (rays, hits) = gather(context, hits, grid, index);
-                let fogged = context.fog(&[Ends { rays: &rays, hits: &hits }]).swap_remove(0);
+                let fogged = context.fog(&rays, &hits);
                 let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
                 let depths: Vec<_> = if context.shows_surfaces() {
                     context.lamps.iter().map(depth).collect()
@@ -90,7 +89,7 @@ impl Low {
             (0..3).for_each(|k| fogged.airlight[k][at] = mixed[k + 1]);
         });
         let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return fogged };
-        let exact = context.fog(&[Ends { rays: &rays, hits: &hits }]).swap_remove(0);
+        let exact = context.fog(&rays, &hits);
         for (from, at) in missing.into_iter().enumerate() {
             fogged.depth[at] = exact.depth[from];
             (0..3).for_each(|k| fogged.airlight[k][at] = exact.airlight[k][from]);

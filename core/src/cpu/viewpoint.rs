@@ -130,17 +130,15 @@ impl Grid {
         self.width.div_ceil(TILE) * self.height.div_ceil(TILE)
     }
 
-    /// The tiles in squares of up to four.
-    pub fn blocks(self) -> Vec<Vec<usize>> {
+    /// The tiles in squares of up to `side` by `side`.
+    pub fn blocks(self, side: usize) -> Vec<Vec<usize>> {
         let (across, down) = (self.width.div_ceil(TILE), self.height.div_ceil(TILE));
         let square = |x: usize, y: usize| {
-            let places = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
-            let inside = places.into_iter().filter(|(x, y)| *x < across && *y < down);
-            inside.map(|(x, y)| y * across + x).collect()
+            let rows = y..(y + side).min(down);
+            rows.flat_map(|y| (x..(x + side).min(across)).map(move |x| y * across + x)).collect()
         };
-        let corners =
-            (0..down).step_by(2).flat_map(|y| (0..across).step_by(2).map(move |x| (x, y)));
-        corners.map(|(x, y)| square(x, y)).collect()
+        let (rows, columns) = ((0..down).step_by(side), (0..across).step_by(side));
+        rows.flat_map(|y| columns.clone().map(move |x| square(x, y))).collect()
     }
 
     /// One of them.

@@ -40,8 +40,9 @@ const THIN: f32 = 0.02;
 pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut Rows]) {
     let places = Places::new(context, block);
     let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
+    let whole = Patch::whole(block, &places);
     for lamp in &context.lamps {
-        let mut patches = vec![Patch::whole(block, &places)];
+        let mut patches = vec![whole.clone()];
         while let Some(patch) = patches.pop() {
             let around = Surroundings::new(context, &blobs, &patch);
             let pass = Pass { context, blobs: &around.blobs, block, lamp, places: &places };
@@ -73,20 +74,18 @@ impl Pass<'_> {
     /// Adds the light's airlight to the rays of a patch; its parts, if they end too differently.
     fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) -> Option<Vec<Patch>> {
         let length = |ray: &Ray| self.block[ray.batch()].hits.length[ray.at()];
-        let longest = patch.members.iter().map(length).fold(0.0, f32::max);
+        let longest = patch.members.last().map_or(0.0, length);
         let control = Control::around(self.context, patch);
         let clear = self.context.field.homogeneous.beta == 0.0;
         let dense = control.span(self.blobs, longest);
         let span = if clear { dense } else { Some((0.0, longest)) };
         let (from, to) = span.filter(|span| span.0 < span.1)?;
         let to = self.opaque_from(&control, from, to);
-        let mut members = patch.members.clone();
-        members.retain(|at| length(at) > from);
-        members.sort_unstable_by(|a, b| length(a).total_cmp(&length(b)));
+        let reached = patch.members.partition_point(|ray| length(ray) <= from);
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
         let tolerance = Tolerance::new(self.context.view.quality);
         let mut layers = Vec::new();
-        let mut rest = members.as_slice();
+        let mut rest = &patch.members[reached..];
         while let Some(nearest) = rest.first() {
             let first = length(nearest).min(to);
             let reach = first + (tolerance.layer * (first - from)).max(thin);

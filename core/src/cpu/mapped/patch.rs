@@ -42,8 +42,8 @@ impl Tolerance {
 
 /// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
-/// Radii from its centre at which a blob has ended aside of a ray: exp(−5²) is 1e-11.
-const FAR: f32 = 5.0;
+/// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8.
+const FAR: f32 = 4.3;
 /// No patch is split below this [px].
 pub const SMALLEST: f32 = 0.5;
 
@@ -84,29 +84,29 @@ fn places(context: &Context, rays: &Rays) -> [Row; 2] {
 
 /// A ray of some batches.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray(u16);
+pub struct Ray(u32);
 
 impl Ray {
     /// From the batch and the place in it.
     pub fn new(batch: usize, at: usize) -> Self {
-        Self((batch * SIZE + at) as u16)
+        Self((batch * SIZE + at) as u32)
     }
 
     /// Its batch.
     pub fn batch(self) -> usize {
-        usize::from(self.0) / SIZE
+        self.0 as usize / SIZE
     }
 
     /// Its place in the batch.
     pub fn at(self) -> usize {
-        usize::from(self.0) % SIZE
+        self.0 as usize % SIZE
     }
 }
 
 /// Some rays and the rectangle of the picture that they pass through.
 #[derive(Clone, Debug)]
 pub struct Patch {
-    /// The rays.
+    /// The rays, by where they end.
     pub members: Vec<Ray>,
     /// Upper left corner [px].
     pub min: Vec2,
@@ -117,9 +117,13 @@ pub struct Patch {
 impl Patch {
     /// All rays of some batches.
     pub fn whole(block: &[Ends<'_>], places: &Places) -> Self {
-        let rays =
-            |(batch, ends): (usize, &Ends)| (0..ends.rays.count).map(move |at| Ray::new(batch, at));
-        Self::new(block.iter().enumerate().flat_map(rays).collect(), places)
+        let mut rays = Vec::new();
+        for (batch, ends) in block.iter().enumerate() {
+            let ray = |at: usize| (ends.hits.length[at], Ray::new(batch, at));
+            rays.extend((0..ends.rays.count).map(ray));
+        }
+        rays.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+        Self::new(rays.into_iter().map(|(_, ray)| ray).collect(), places)
     }
 
     fn new(members: Vec<Ray>, places: &Places) -> Self {

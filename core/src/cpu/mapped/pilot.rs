@@ -50,10 +50,10 @@ impl Pass<'_> {
         let ray = Control::within(context, patch, [0.0; 2]);
         let to_light = ray.light(self.lamp, to as f32);
         let probes = Probes::new(from, to, dense, &to_light);
-        let mut t: Vec<Each> = probes.at.chunks(PADDED).map(row).collect();
-        t.push([to as f32; PADDED]);
+        let t: Vec<Each> = probes.at.chunks(PADDED).map(row).collect();
         let fields = self.fields(&ray, &t);
-        let removed = -f64::from(-fields.depth[PROBES / PADDED][0]).exp_m1();
+        let through = ray.profile(context, self.blobs, &[[to as f32; PADDED]]).depth[0][0];
+        let removed = -f64::from(-through).exp_m1();
         let seen = dispatch!(level, simd => {
             seen(simd, &Light::of(simd, context.phase, &to_light), &t, &fields)
         });
