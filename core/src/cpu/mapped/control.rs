@@ -2,14 +2,13 @@
 
 use super::patch::Patch;
 use super::table::LightTable;
-use crate::airlight::{ENDS, ToLight};
+use crate::airlight::ToLight;
 use crate::cpu::batch::{Rays, SIZE, load3};
-use crate::cpu::blobs::{BlobList, DENSE, Packed};
+use crate::cpu::blobs::{BlobList, Packed};
 use crate::cpu::frame::{Context, Lamp};
 use crate::cpu::kernels::{add_depth, splat3};
 use crate::cpu::shade::blobs_between;
-use crate::media::gaussians::{HALF_SQRT_PI, Line};
-use crate::num::{Lanes, Num};
+use crate::num::Lanes;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec2, Vec3};
 
@@ -70,17 +69,10 @@ pub fn of_place(rows: &[Each], place: usize) -> [f32; CONTROL] {
 /// As many rays as a row holds numbers, relative to the camera: eight repeated, or others.
 #[derive(Clone, Debug)]
 pub struct Control {
-    direction: [Each; 3],
-    offset: [Each; 3],
-}
-
-/// What rays meet, row by row.
-#[derive(Clone, Debug)]
-pub struct Profile {
-    /// ln β.
-    pub log_beta: Vec<Each>,
-    /// T from the camera.
-    pub depth: Vec<Each>,
+    /// Unit directions.
+    pub direction: [Each; 3],
+    /// Where each starts [m].
+    pub offset: [Each; 3],
 }
 
 /// What airlight depends on, row by row.
@@ -142,49 +134,9 @@ impl Control {
         control
     }
 
-    /// The blobs' T at ray parameters `t`, ascending from row to row.
-    pub fn depth(&self, context: &Context, blobs: &[Blob], t: &[Each]) -> Vec<Each> {
-        let zero = vec![[0.0; PADDED]; t.len()];
-        let mut profile = Profile { log_beta: zero.clone(), depth: zero };
-        dispatch!(context.level, simd => {
-            fill::<_, false>(simd, self, blobs, 0.0, t, &mut profile);
-        });
-        profile.depth
-    }
-
     /// A point of one of the rays, relative to the camera.
     fn point(&self, c: usize, t: f32) -> Vec3 {
         Vec3::from_array([0, 1, 2].map(|k| self.direction[k][c].mul_add(t, self.offset[k][c])))
-    }
-
-    /// From where to where blobs are on the rays up to `length`; `None` if none is.
-    pub fn span(&self, blobs: &[Blob], length: f32) -> Option<(f32, f32)> {
-        let (mut from, mut to) = (f32::INFINITY, 0.0f32);
-        let ray = |c: usize, rows: &[Each; 3]| Vec3::new(rows[0][c], rows[1][c], rows[2][c]);
-        for blob in blobs {
-            let reach = ENDS as f32 / blob.a;
-            for c in 0..4 {
-                let b = Vec3::from(blob.b) / blob.a - ray(c, &self.offset);
-                let along = b.dot(ray(c, &self.direction));
-                (from, to) = (from.min(along - reach), to.max(along + reach));
-            }
-        }
-        let (from, to) = (from.max(0.0), to.min(length));
-        (from < to).then_some((from, to))
-    }
-
-    /// β and T at ray parameters `t`, ascending from row to row.
-    pub fn profile(&self, context: &Context, blobs: &[Blob], t: &[Each]) -> Profile {
-        let zero = vec![[0.0; PADDED]; t.len()];
-        let mut profile = Profile { log_beta: zero.clone(), depth: zero };
-        let beta = context.field.homogeneous.beta as f32;
-        let parallel = context.viewpoint.parallel;
-        dispatch!(context.level, simd => if parallel {
-            fill::<_, true>(simd, self, blobs, beta, t, &mut profile);
-        } else {
-            fill::<_, false>(simd, self, blobs, beta, t, &mut profile);
-        });
-        profile
     }
 
     /// T(x, s)/d at ray parameters `t`: the mean extinction towards a light.
@@ -258,86 +210,9 @@ fn look_up<S: Simd>(
     for (mean, t) in mean.iter_mut().zip(t) {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let start = load3(simd, &control.offset, at) - light;
-            let way = start + load3(simd, &control.direction, at).scale(Lanes::load(simd, &t[at..]));
+            let way =
+                start + load3(simd, &control.direction, at).scale(Lanes::load(simd, &t[at..]));
             (table.means(simd, way) + beta).store(&mut mean[at..]);
         }
     }
-}
-
-/// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
-/// is added once, to the first row there, and carried on at the end.
-#[inline(always)]
-fn fill<S: Simd, const PARALLEL: bool>(
-    simd: S,
-    control: &Control,
-    blobs: &[Blob],
-    beta: f32,
-    t: &[Each],
-    out: &mut Profile,
-) {
-    let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
-    let ends: Vec<(f32, f32)> = t.iter().map(|row| bounds(row)).collect();
-    for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
-        let direction = load3(simd, &control.direction, at);
-        let offset = load3(simd, &control.offset, at);
-        for blob in blobs {
-            let a = Lanes::splat(simd, blob.a);
-            let center = splat3(simd, blob.b);
-            let center = if PARALLEL { center - offset.scale(a) } else { center };
-            let middle = center.dot(direction);
-            let peak = (-center.cross(direction).length_squared()).exp();
-            let density = peak * Lanes::splat(simd, blob.k);
-            let core = density * Lanes::splat(simd, blob.a / HALF_SQRT_PI as f32);
-            let (dense, begins) = (blob.k > DENSE, (-middle).erf());
-            let (first, last) = span(simd, middle, blob.a);
-            let begin = ends.partition_point(|end| end.1 < first);
-            let end = begin + ends[begin..].partition_point(|end| end.0 <= last);
-            for (j, t) in t.iter().enumerate().take(end).skip(begin) {
-                let t = Lanes::load(simd, &t[at..]);
-                let s = a.mul_add(t, -middle);
-                let gathered = if dense {
-                    let line = Line { start: -middle, end: s, miss2: s, peak: s };
-                    line.between(a * t)
-                } else {
-                    s.erf() - begins
-                };
-                add(simd, density * gathered, &mut out.depth[j], at);
-                add(simd, core * (-s.squared()).exp(), &mut out.log_beta[j], at);
-            }
-            let whole =
-                if dense { Num::erf_difference(-middle, a.lit(1e4)) } else { a.lit(1.0) - begins };
-            add(simd, density * whole, &mut behind[end], at);
-        }
-        let mut sum = Lanes::splat(simd, 0.0);
-        let beta = Lanes::splat(simd, beta);
-        for j in 0..t.len() {
-            sum += Lanes::load(simd, &behind[j][at..]);
-            let own = Lanes::load(simd, &out.depth[j][at..]) + sum;
-            beta.mul_add(Lanes::load(simd, &t[j][at..]), own).store(&mut out.depth[j][at..]);
-            let sum = Lanes::load(simd, &out.log_beta[j][at..]) + beta;
-            sum.max(beta.lit(1e-30)).ln().store(&mut out.log_beta[j][at..]);
-        }
-    }
-}
-
-#[inline(always)]
-fn add<S: Simd>(simd: S, value: Lanes<S>, row: &mut Each, at: usize) {
-    (value + Lanes::load(simd, &row[at..])).store(&mut row[at..]);
-}
-
-/// Between which ray parameters a blob is, given its closest point in units of its radius.
-#[inline(always)]
-fn span<S: Simd>(_simd: S, middle: Lanes<S>, a: f32) -> (f32, f32) {
-    let mut each = [0.0; PADDED];
-    middle.store(&mut each);
-    let (mut low, mut high) = (each[0], each[0]);
-    for value in &each[1..Lanes::<S>::COUNT] {
-        low = low.min(*value);
-        high = high.max(*value);
-    }
-    ((low - ENDS as f32) / a, (high + ENDS as f32) / a)
-}
-
-fn bounds(row: &[f32]) -> (f32, f32) {
-    row.iter().fold((f32::INFINITY, 0.0), |(low, high), t| (low.min(*t), high.max(*t)))
 }

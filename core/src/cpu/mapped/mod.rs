@@ -10,6 +10,7 @@
 //! tail).
 
 mod control;
+mod crossings;
 mod patch;
 mod pilot;
 mod pixels;
@@ -22,7 +23,8 @@ use super::frame::{Context, Lamp};
 use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use control::{CONTROL, Control, Each, Fields, PADDED, Profile, of_place, pairs};
+use control::{CONTROL, Control, Each, Fields, PADDED, of_place, pairs};
+use crossings::{Crossings, Profile};
 use fearless_simd::{Simd, dispatch};
 use patch::{Patch, Places, Ray, SMALLEST, Surroundings, Tolerance};
 use pilot::Nodes;
@@ -62,6 +64,12 @@ struct Pass<'a> {
     places: &'a Places,
 }
 
+/// A few rays of a row, and the blobs that they cross.
+struct Sight {
+    rays: Control,
+    met: Crossings,
+}
+
 /// Rays that end between two ray parameters [m], as a part of a patch.
 struct Layer<'a> {
     from: f32,
@@ -75,12 +83,12 @@ impl Pass<'_> {
     fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) -> Option<Vec<Patch>> {
         let length = |ray: &Ray| self.block[ray.batch()].hits.length[ray.at()];
         let longest = patch.members.last().map_or(0.0, length);
-        let control = Control::around(self.context, patch);
+        let sight = self.sight(Control::around(self.context, patch), 0.0);
         let clear = self.context.field.homogeneous.beta == 0.0;
-        let dense = control.span(self.blobs, longest);
+        let dense = sight.met.span(longest);
         let span = if clear { dense } else { Some((0.0, longest)) };
         let (from, to) = span.filter(|span| span.0 < span.1)?;
-        let to = self.opaque_from(&control, from, to);
+        let to = self.opaque_from(&sight, from, to);
         let reached = patch.members.partition_point(|ray| length(ray) <= from);
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
         let tolerance = Tolerance::new(self.context.view.quality);
@@ -106,28 +114,26 @@ impl Pass<'_> {
                 continue;
             }
             let nodes = self.nodes(patch, dense, f64::from(layer.from), f64::from(layer.first));
-            let head = self.head(&control, &nodes);
+            let head = self.head(&sight, &nodes);
             if patch.size() > SMALLEST && self.is_rough(patch, &nodes, &head) {
                 return Some(patch.quarters(self.places));
             }
             heads.push(Some(head));
         }
         for (layer, head) in layers.iter().zip(&heads) {
-            self.layer(patch, &control, layer, head.as_ref(), airlight);
+            self.layer(patch, &sight, layer, head.as_ref(), airlight);
         }
         None
     }
 
     /// Where nothing behind is seen any more.
-    fn opaque_from(&self, control: &Control, from: f32, to: f32) -> f32 {
-        let beta = self.context.field.homogeneous.beta as f32;
-        let most = beta * to + self.blobs.iter().map(|blob| 2.0 * blob.k).sum::<f32>();
-        if most < OPAQUE as f32 {
+    fn opaque_from(&self, sight: &Sight, from: f32, to: f32) -> f32 {
+        if sight.met.most(to) < OPAQUE as f32 {
             return to;
         }
         let part = (to - from) / PROBES as f32;
         let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
-        let depth = control.profile(self.context, self.blobs, &pairs(&t)).depth;
+        let depth = sight.met.profile(self.context, &pairs(&t)).depth;
         let thinnest = |at: usize| of_place(&depth, at).into_iter().fold(f32::INFINITY, f32::min);
         let opaque = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32);
         opaque.map_or(to, |at| t[at])
@@ -137,32 +143,37 @@ impl Pass<'_> {
     fn layer(
         &self,
         patch: &Patch,
-        control: &Control,
+        sight: &Sight,
         layer: &Layer,
         head: Option<&Head>,
         airlight: &mut [&mut Rows],
     ) {
         let tail = (layer.last - layer.first > 1e-5 * (layer.last - layer.from))
-            .then(|| self.tail(control, layer.first, layer.last));
+            .then(|| self.tail(sight, layer.first, layer.last));
         dispatch!(self.context.level, simd => {
             self.add(simd, patch, layer, head, tail.as_ref(), airlight);
         });
     }
 
-    fn fields(&self, rays: &Control, t: &[Each]) -> Fields {
-        let Profile { mut log_beta, depth } = rays.profile(self.context, self.blobs, t);
+    fn sight(&self, rays: Control, least: f32) -> Sight {
+        let met = Crossings::on_view(self.context, &rays, self.blobs, least);
+        Sight { rays, met }
+    }
+
+    fn fields(&self, sight: &Sight, t: &[Each]) -> Fields {
+        let Profile { mut log_beta, depth } = sight.met.profile(self.context, t);
         for (log, depth) in log_beta.iter_mut().zip(&depth) {
             for (log, depth) in log.iter_mut().zip(depth) {
                 *log -= depth.min(2.0 * OPAQUE as f32);
             }
         }
-        let mean = rays.toward_light(self.context, self.lamp, t);
+        let mean = sight.rays.toward_light(self.context, self.lamp, t);
         Fields { log: log_beta, mean, depth }
     }
 
-    fn head(&self, control: &Control, nodes: &Nodes) -> Head {
+    fn head(&self, sight: &Sight, nodes: &Nodes) -> Head {
         let t = nodes.t.as_flattened();
-        let Fields { log, mean, .. } = self.fields(control, &pairs(t));
+        let Fields { log, mean, .. } = self.fields(sight, &pairs(t));
         let node = |(j, log_weight): (usize, &f32)| {
             let log = of_place(&log, j).map(|log| log + log_weight);
             let (most, log) = (most(&log), surface(log));
@@ -171,10 +182,10 @@ impl Pass<'_> {
         Head { nodes: nodes.log_weight.as_flattened().iter().enumerate().map(node).collect() }
     }
 
-    fn tail(&self, control: &Control, from: f32, to: f32) -> Tail {
+    fn tail(&self, sight: &Sight, from: f32, to: f32) -> Tail {
         let range = to - from;
         let t = CHEBYSHEV.map(|x| range.mul_add(x, from));
-        let Fields { log, mean, .. } = self.fields(control, &pairs(&t));
+        let Fields { log, mean, .. } = self.fields(sight, &pairs(&t));
         let along = |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(surface);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
         Tail { from, range, log: along(&log), most, mean: along(&mean) }

@@ -30,12 +30,24 @@ impl Tolerance {
     /// Of a picture for the eye in motion, or of one that rests.
     pub fn new(quality: Quality) -> Self {
         match quality {
-            Quality::Full => {
-                Self { near: 0.7, hidden: 2e-2, wide: 0.1, rough: 2e-3, agree: 1e-3, layer: 0.2, layers: 4 }
-            }
-            Quality::Draft => {
-                Self { near: 1.0, hidden: 0.1, wide: 0.2, rough: 0.03, agree: 5e-3, layer: 0.5, layers: 8 }
-            }
+            Quality::Full => Self {
+                near: 0.7,
+                hidden: 2e-2,
+                wide: 0.1,
+                rough: 2e-3,
+                agree: 1e-3,
+                layer: 0.2,
+                layers: 4,
+            },
+            Quality::Draft => Self {
+                near: 1.0,
+                hidden: 0.1,
+                wide: 0.2,
+                rough: 0.03,
+                agree: 5e-3,
+                layer: 0.5,
+                layers: 8,
+            },
         }
     }
 }

@@ -14,6 +14,12 @@ use std::sync::LazyLock;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
 
+/// Share of a blob, in thin fog, that does not matter to where nodes are placed.
+const FAINT: f32 = 2e-3;
+
+/// What rounding leaves where there is no fog: ln β has a floor.
+const NOTHING: f64 = 1e-20;
+
 /// Abscissae and weights on [0, 1] of the rules that are tried, sixteen a row.
 static RULES: LazyLock<Vec<[Vec<Each>; 2]>> = LazyLock::new(|| {
     let rows = |values: &[f64]| values.chunks(PADDED).map(row).collect();
@@ -47,19 +53,19 @@ impl Pass<'_> {
     /// with the next.
     pub fn nodes(&self, patch: &Patch, dense: Option<(f64, f64)>, from: f64, to: f64) -> Nodes {
         let (context, level) = (self.context, self.context.level);
-        let ray = Control::within(context, patch, [0.0; 2]);
-        let to_light = ray.light(self.lamp, to as f32);
+        let sight = self.sight(Control::within(context, patch, [0.0; 2]), FAINT);
+        let to_light = sight.rays.light(self.lamp, to as f32);
         let probes = Probes::new(from, to, dense, &to_light);
         let t: Vec<Each> = probes.at.chunks(PADDED).map(row).collect();
-        let fields = self.fields(&ray, &t);
-        let through = ray.profile(context, self.blobs, &[[to as f32; PADDED]]).depth[0][0];
+        let fields = self.fields(&sight, &t);
+        let through = sight.met.profile(context, &[[to as f32; PADDED]]).depth[0][0];
         let removed = -f64::from(-through).exp_m1();
         let seen = dispatch!(level, simd => {
             seen(simd, &Light::of(simd, context.phase, &to_light), &t, &fields)
         });
         let map = Map::new(context.phase, from, to, to_light, &probes, &seen);
         let sums = |nodes: &Nodes| {
-            let fields = self.fields(&ray, &nodes.t);
+            let fields = self.fields(&sight, &nodes.t);
             dispatch!(level, simd => {
                 sums(simd, &Light::of(simd, context.phase, &to_light), nodes, &fields)
             })
@@ -71,7 +77,7 @@ impl Pass<'_> {
         for finer in rules {
             let fine = sums(&finer);
             let agree = (fine.airlight - coarse.airlight).abs() <= tolerance * fine.airlight;
-            if agree && (coarse.removed - removed).abs() <= UNMET * removed {
+            if agree && (coarse.removed - removed).abs() <= UNMET * removed + NOTHING {
                 break;
             }
             (nodes, coarse) = (finer, fine);
@@ -83,8 +89,8 @@ impl Pass<'_> {
     /// do.
     pub fn is_rough(&self, patch: &Patch, nodes: &Nodes, head: &Head) -> bool {
         let context = self.context;
-        let ray = Control::within(context, patch, CHECK);
-        let exact = self.fields(&ray, &nodes.t);
+        let sight = self.sight(Control::within(context, patch, CHECK), 0.0);
+        let exact = self.fields(&sight, &nodes.t);
         if exact.depth.last().is_none_or(|depth| depth[PADDED - 1] < UNSEEN) {
             return false;
         }
@@ -96,7 +102,7 @@ impl Pass<'_> {
             smooth.log[row][lane] = at(&node.log, x, y) - node.log_weight;
             smooth.mean[row][lane] = at(&node.mean, x, y);
         }
-        let to_light = ray.light(self.lamp, nodes.t[nodes.t.len() - 1][PADDED - 1]);
+        let to_light = sight.rays.light(self.lamp, nodes.t[nodes.t.len() - 1][PADDED - 1]);
         let [is, would_be] = [&exact, &smooth].map(|fields| {
             dispatch!(context.level, simd => {
                 sums(simd, &Light::of(simd, context.phase, &to_light), nodes, fields)

@@ -7,6 +7,7 @@
 //! sample wider on each side, so that no cubic reaches over an edge.
 
 use super::control::{self, Control, Each, PADDED};
+use super::crossings::Crossings;
 use crate::airlight::ENDS;
 use crate::cpu::blobs::{BlobList, Purpose};
 use crate::cpu::frame::Context;
@@ -198,8 +199,8 @@ impl LightTable {
         let (column, x) = cell(u.mul_add(half, half), last);
         let (row, y) = cell(v.mul_add(half, half), last);
         let one = distance.lit(1.0);
-        let radial = (distance.ln() - Lanes::splat(simd, self.first))
-            * Lanes::splat(simd, self.density);
+        let radial =
+            (distance.ln() - Lanes::splat(simd, self.first)) * Lanes::splat(simd, self.density);
         let end = Lanes::splat(simd, (self.shells - 2) as f32);
         let (shell, r) = cell(radial.max(one), end - one);
         let r = r.min(one);
@@ -311,7 +312,7 @@ fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<V
     let mut all = Vec::with_capacity(square.len());
     for rays in square.chunks(PADDED) {
         let control = Control::from_directions(rays);
-        let depth = control.depth(context, &blobs, t);
+        let depth = Crossings::from_origin(context, &control, &blobs).profile(context, t).depth;
         for c in 0..rays.len() {
             all.push(depth.iter().zip(t).map(|(depth, t)| depth[c] / t[c]).collect());
         }
