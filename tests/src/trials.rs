@@ -4,7 +4,7 @@
 use crate::scenes::{Random, pixel_rays, probe, render, scene, view};
 use crate::truth;
 use fogbank_core::presets;
-use fogbank_core::request::{Layer, Quality};
+use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{CheckedScene, Scene};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -47,12 +47,28 @@ pub struct Measured {
     pub everywhere: Errors,
     /// Within a tenth of the picture's height of a lamp's image, if one is in view.
     pub near_lamps: Option<Errors>,
+    /// By how much the error jumps from pixel to pixel where tiles meet.
+    pub seams: Errors,
 }
+
+/// What a picture is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Its numbers: a float format.
+    Numbers,
+    /// The eye: 8 bits.
+    Screen,
+    /// The eye, in motion.
+    Draft,
+}
+
+/// Pixels along the side of a tile of the renderer.
+const TILE: u32 = 16;
 
 impl Trial {
     /// The errors of one estimator's picture, `height` pixels high and 4:3, against `reference`
     /// along the rays of `count` pixels each: |a − b| / max(b, 1e-3 · mean b) of the luminance.
-    pub fn measure(&self, airlight: &str, quality: Quality, height: u32, count: usize) -> Measured {
+    pub fn measure(&self, airlight: &str, wanted: Use, height: u32, count: usize) -> Measured {
         let with = |airlight: &str| {
             let mut json = self.scene.clone();
             json["fog"]["airlight"] = airlight.into();
@@ -60,28 +76,52 @@ impl Trial {
         };
         let (asked, exact) = (with(airlight), with("reference"));
         let width = height * 4 / 3;
-        let frame = render(&asked, &view(width, height, Layer::Airlight, quality));
+        let quality = if wanted == Use::Draft { Quality::Draft } else { Quality::Full };
+        let view = view(width, height, Layer::Airlight, quality);
+        let frame = render(&asked, &View { for_screen: wanted != Use::Numbers, ..view });
         let mut random = Random(5);
         let all = (width * height) as usize;
         let even: Vec<_> = (0..count).map(|_| random.bits() as usize % all).collect();
         let near = near_lamps(&exact, width, height, count, &mut random);
         let rays = pixel_rays(&exact, width, height);
-        let measure = |pixels: &[usize]| {
+        let errors = |pixels: &[usize]| {
             let some: Vec<_> = pixels.iter().map(|at| rays[*at]).collect();
             let truth: Vec<_> =
                 probe(&exact, &some).iter().map(|answer| luminance(answer.airlight.0)).collect();
             let mean = truth.iter().sum::<f64>() / truth.len() as f64;
             let error = |(at, b): (&usize, &f64)| {
                 let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
-                (luminance(a) - b).abs() / b.max(1e-3 * mean).max(f64::MIN_POSITIVE)
+                (luminance(a) - b) / b.max(1e-3 * mean).max(f64::MIN_POSITIVE)
             };
-            quantiles(pixels.iter().zip(&truth).map(error).collect())
+            pixels.iter().zip(&truth).map(error).collect::<Vec<_>>()
         };
+        let measure =
+            |pixels: &[usize]| quantiles(errors(pixels).into_iter().map(f64::abs).collect());
+        let seams = errors(&at_seams(width, height, count / 2, &mut random));
         Measured {
             everywhere: measure(&even),
             near_lamps: (!near.is_empty()).then(|| measure(&near)),
+            seams: quantiles(seams.chunks(2).map(|pair| (pair[0] - pair[1]).abs()).collect()),
         }
     }
+}
+
+/// Pairs of neighbours on either side of a border between tiles.
+fn at_seams(width: u32, height: u32, count: usize, random: &mut Random) -> Vec<usize> {
+    let mut pairs = Vec::new();
+    while pairs.len() < 2 * count {
+        let (x, y) = (random.bits() as u32 % width, random.bits() as u32 % height);
+        let (x, y, next) = if random.bits().is_multiple_of(2) {
+            (x / TILE * TILE, y, 1)
+        } else {
+            (x, y / TILE * TILE, width)
+        };
+        let at = y * width + x;
+        if (if next == 1 { x } else { y }) > 0 {
+            pairs.extend([(at - next) as usize, at as usize]);
+        }
+    }
+    pairs
 }
 
 fn luminance([r, g, b]: [f64; 3]) -> f64 {

@@ -211,7 +211,8 @@ fn drafts_have_no_halo() {
     assert!(border > 50, "the sphere has a border of {border} pixels");
 }
 
-/// More samples smooth edges and leave everything else as it is.
+/// More samples smooth edges and leave everything else as it is: but for what the interpolation of
+/// airlight, which edge samples share with pixels, may miss.
 #[test]
 fn samples_touch_edges_only() {
     const SIZE: (usize, usize) = (64, 48);
@@ -235,7 +236,7 @@ fn samples_touch_edges_only() {
     for y in 1..SIZE.1 - 1 {
         for x in 1..SIZE.0 - 1 {
             let at = y * SIZE.0 + x;
-            let same = one[3 * at..3 * at + 3] == four[3 * at..3 * at + 3];
+            let same = (3 * at..3 * at + 3).all(|k| (one[k] - four[k]).abs() <= 2e-3 * one[k]);
             changed += usize::from(!same);
             if [at - 1, at + 1, at - SIZE.0, at + SIZE.0].iter().all(|next| smooth(at, *next)) {
                 inside += 1;

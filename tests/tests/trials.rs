@@ -1,22 +1,17 @@
 //! `auto` against the integral itself, on scenes made to break it.
 
-use fogbank_core::request::Quality;
-use fogbank_tests::trials::{Errors, all};
-
-/// Blobs a few pixels wide and thinner than the way between two nodes are what one rule per ray
-/// resolves worst: there the bounds are those that were measured, with a fifth to spare.
-const SPARSE: &str = "tiny-blobs";
+use fogbank_tests::trials::{Errors, Use, all};
 
 fn within(what: &str, errors: Errors, [median, p95]: [f64; 2]) {
     let [m, p, _] = errors;
     assert!(m <= median && p <= p95, "{what}: median {m:.4}, p95 {p:.4}");
 }
 
-#[test]
-fn auto_is_right_where_the_published_method_is_not() {
-    for trial in all().into_iter().filter(|trial| trial.name != SPARSE) {
-        let measured = trial.measure("auto", Quality::Full, 300, 60);
+fn check(wanted: Use) {
+    for trial in all() {
+        let measured = trial.measure("auto", wanted, 300, 60);
         within(&trial.name, measured.everywhere, [0.003, 0.03]);
+        within(&format!("{}, seams", trial.name), measured.seams, [0.002, 0.005]);
         if let Some(near) = measured.near_lamps {
             within(&format!("{}, near a lamp", trial.name), near, [0.01, 0.05]);
         }
@@ -24,9 +19,19 @@ fn auto_is_right_where_the_published_method_is_not() {
 }
 
 #[test]
+fn numbers_are_right_where_the_published_method_is_not() {
+    check(Use::Numbers);
+}
+
+#[test]
+fn pictures_for_the_eye_are_right_as_well() {
+    check(Use::Screen);
+}
+
+#[test]
 fn drafts_stay_near_the_truth() {
-    for trial in all().into_iter().filter(|trial| trial.name != SPARSE) {
-        let measured = trial.measure("auto", Quality::Draft, 300, 60);
+    for trial in all() {
+        let measured = trial.measure("auto", Use::Draft, 300, 60);
         assert!(measured.everywhere[0] <= 0.03, "{}: {:?}", trial.name, measured.everywhere);
     }
 }

@@ -91,7 +91,7 @@ impl Pass<'_> {
         let to = self.opaque_from(&sight, from, to);
         let reached = patch.members.partition_point(|ray| length(ray) <= from);
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
-        let tolerance = Tolerance::new(self.context.view.quality);
+        let tolerance = Tolerance::new(&self.context.view);
         let mut layers = Vec::new();
         let mut rest = &patch.members[reached..];
         while let Some(nearest) = rest.first() {

@@ -4,7 +4,7 @@ use super::control::Blob;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
 use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
-use crate::request::Quality;
+use crate::request::{Quality, View};
 use glam::{DVec2, Vec2, Vec3};
 
 /// What a patch may miss.
@@ -27,9 +27,18 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// Of a picture for the eye in motion, or of one that rests.
-    pub fn new(quality: Quality) -> Self {
-        match quality {
+    /// Of a picture whose numbers are wanted, of one for the eye, or of one in motion.
+    pub fn new(view: &View) -> Self {
+        match view.quality {
+            Quality::Full if !view.for_screen => Self {
+                near: 0.4,
+                hidden: 5e-3,
+                wide: 0.06,
+                rough: 5e-4,
+                agree: 3e-4,
+                layer: 0.12,
+                layers: 3,
+            },
             Quality::Full => Self {
                 near: 0.7,
                 hidden: 2e-2,
@@ -185,7 +194,7 @@ pub fn split(
     places: &Places,
     patch: &Patch,
 ) -> Option<Vec<Patch>> {
-    let Tolerance { near, wide, .. } = Tolerance::new(context.view.quality);
+    let Tolerance { near, wide, .. } = Tolerance::new(&context.view);
     let size = patch.size();
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
     let near = image.is_some_and(|image| size > near * patch.middle().distance(image));
@@ -225,7 +234,7 @@ impl Surroundings {
             miss < FAR
         };
         let blobs = blobs.iter().filter(meets).copied().collect();
-        Self { blobs, hides: hidden > Tolerance::new(context.view.quality).hidden }
+        Self { blobs, hides: hidden > Tolerance::new(&context.view).hidden }
     }
 }
 

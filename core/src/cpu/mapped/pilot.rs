@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 const UNSEEN: f32 = 1e-4;
 
 /// Share of a blob, in thin fog, that does not matter to where nodes are placed.
-const FAINT: f32 = 2e-3;
+const FAINT: f32 = 1e-5;
 
 /// What rounding leaves where there is no fog: ln β has a floor.
 const NOTHING: f64 = 1e-20;
@@ -73,7 +73,7 @@ impl Pass<'_> {
         let mut rules = RULES.iter().map(|rule| dispatch!(level, simd => place(simd, &map, rule)));
         let mut nodes = rules.next().unwrap_or_else(|| Nodes { t: vec![], log_weight: vec![] });
         let mut coarse = sums(&nodes);
-        let tolerance = Tolerance::new(context.view.quality).agree;
+        let tolerance = Tolerance::new(&context.view).agree;
         for finer in rules {
             let fine = sums(&finer);
             let agree = (fine.airlight - coarse.airlight).abs() <= tolerance * fine.airlight;
@@ -108,7 +108,7 @@ impl Pass<'_> {
                 sums(simd, &Light::of(simd, context.phase, &to_light), nodes, fields)
             })
         });
-        let tolerance = Tolerance::new(context.view.quality).rough;
+        let tolerance = Tolerance::new(&context.view).rough;
         (is.airlight - would_be.airlight).abs() > tolerance * is.airlight
     }
 }
