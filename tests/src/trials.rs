@@ -124,11 +124,13 @@ fn at_seams(width: u32, height: u32, count: usize, random: &mut Random) -> Vec<u
     pairs
 }
 
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
+/// Of linear Rec. 709.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-fn quantiles(mut errors: Vec<f64>) -> Errors {
+/// Median, 95th percentile and largest of some errors.
+pub fn quantiles(mut errors: Vec<f64>) -> Errors {
     errors.sort_unstable_by(f64::total_cmp);
     let last = errors.len() - 1;
     [0.5, 0.95, 1.0].map(|share| errors[(last as f64 * share) as usize])

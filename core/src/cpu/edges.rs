@@ -10,6 +10,9 @@ use super::viewpoint::Tile;
 use crate::request::Layer;
 use glam::DVec2;
 
+/// Edge pixels of a tile, by place, as means of their samples.
+pub type Resolved = Vec<(usize, [f32; 3])>;
+
 /// The samples of a tile's edge pixels, as many side by side as a batch holds.
 pub struct Samples {
     places: Vec<usize>,
@@ -38,8 +41,8 @@ impl Samples {
         self.rays.iter().zip(&self.hits).map(|(rays, hits)| Ends { rays, hits })
     }
 
-    /// The edge pixels as means of their samples, given the fog along each batch.
-    pub fn resolve(&self, context: &Context, fogged: &[Fogged]) -> Vec<(usize, [f32; 3])> {
+    /// The edge pixels, given the fog along each batch.
+    pub fn resolve(&self, context: &Context, fogged: &[Fogged]) -> Resolved {
         let mut sums = vec![([0.0f32; 3], 0.0f32); self.places.len()];
         let each = context.view.samples.unwrap_or(1) as usize;
         let mut samples = (0..self.places.len()).flat_map(|at| std::iter::repeat_n(at, each));

@@ -46,6 +46,9 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     }
     let beta = context.field.homogeneous.beta as f32;
     fogged.depth = hits.length.map(|length| length * beta);
+    if lit && context.interpolates() {
+        return fogged;
+    }
     let method = if lit { context.method } else { Method::None };
     let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
     let list = blobs_on_view(context, &[Ends { rays, hits }], purpose);
@@ -69,8 +72,7 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
 
 /// Adds the airlight that interpolates across the picture, for batches that stand together.
 pub fn add_mapped(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
-    let mut airlight: Vec<_> = fogged.iter_mut().map(|fogged| &mut fogged.airlight).collect();
-    mapped::add_airlight(context, block, &mut airlight);
+    mapped::add(context, block, fogged);
 }
 
 /// Rays and where they end.

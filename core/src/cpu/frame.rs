@@ -166,8 +166,18 @@ impl<'a> Context<'a> {
             || matches!(self.view.layer, Layer::OpticalDepth | Layer::Transmittance)
     }
 
+    /// Whether a picture for the eye takes optical depths, too, from what the mapped airlight
+    /// interpolates.
+    pub fn interpolates(&self) -> bool {
+        let for_the_eye = self.view.for_screen || self.view.quality == Quality::Draft;
+        let mapped = self.method == Method::Mapped && self.shows_airlight();
+        for_the_eye && mapped && !self.lamps.is_empty()
+    }
+
     fn needs_low_resolution(&self) -> bool {
-        !self.field.is_empty() && (self.shows_fog() || self.shows_surfaces())
+        !self.field.is_empty()
+            && !self.interpolates()
+            && (self.shows_fog() || self.shows_surfaces())
     }
 
     /// First hits of a tile's rays, which stand in that order.
@@ -268,7 +278,7 @@ struct Fog {
     /// Tile by tile, if the layer shows it.
     along_views: Vec<Fogged>,
     /// The edge pixels of some tiles, by the tile's place.
-    edges: Vec<(usize, Vec<(usize, [f32; 3])>)>,
+    edges: Vec<(usize, edges::Resolved)>,
 }
 
 /// Block by block: what is interpolated across the picture serves pixels and the samples of edges.

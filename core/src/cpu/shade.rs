@@ -4,6 +4,7 @@ use super::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::add_depth;
+use super::mapped::LightTable;
 use crate::airlight::MISS_FLOOR;
 use crate::geometry::bundle::Bundle;
 use crate::num::{Lanes, Num};
@@ -33,12 +34,25 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
     if context.field.blobs.is_empty() || hits.surface.iter().all(|s| *s == NOTHING) {
         return depth;
     }
+    if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.interpolates()) {
+        dispatch!(context.level, simd => add_tabled(simd, table, &paths, &length, &mut depth));
+        return depth;
+    }
     let lit = (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
     let list = blobs_between(context, lamp, &paths, &length, lit);
     dispatch!(context.level, simd => {
         add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
     });
     depth
+}
+
+#[inline(always)]
+fn add_tabled<S: Simd>(simd: S, table: &LightTable, paths: &Rays, length: &Row, depth: &mut Row) {
+    for at in (0..paths.count).step_by(Lanes::<S>::COUNT) {
+        let length = Lanes::load(simd, &length[at..]);
+        let mean = table.means(simd, load3(simd, &paths.direction, at).scale(length));
+        mean.mul_add(length, Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
+    }
 }
 
 /// The blobs between a light and the ends of some paths from it.

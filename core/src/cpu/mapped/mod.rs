@@ -16,19 +16,19 @@ mod pilot;
 mod pixels;
 mod table;
 
-use super::batch::Rows;
+use super::batch::Fogged;
 use super::blobs::Purpose;
 use super::fog::{Ends, blobs_on_view};
 use super::frame::{Context, Lamp};
 use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use control::{CONTROL, Control, Each, Fields, PADDED, of_place, pairs};
+use control::{Blob, CONTROL, Control, Each, Fields, PADDED, of_place, pairs};
 use crossings::{Crossings, Profile};
 use fearless_simd::{Simd, dispatch};
 use patch::{Patch, Places, Ray, SMALLEST, Surroundings, Tolerance};
-use pilot::Nodes;
-use pixels::{Head, Light, Node, TAIL, Tail, Terms, surface};
+use pilot::{FAINT, Nodes};
+use pixels::{Head, Light, Node, Surface, TAIL, Tail, Terms, surface};
 pub use table::LightTable;
 
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
@@ -38,19 +38,28 @@ const LEAST_LAYERED: f32 = 8.0;
 /// A layer is at least this share of the blobs' extent.
 const THIN: f32 = 0.02;
 
-/// Adds the airlight of every light along the rays of some batches that stand together.
-pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut Rows]) {
+/// Adds the airlight of every light along the rays of some batches that stand together, and where
+/// the picture allows it sets what fog takes away, too.
+pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
-    let whole = Patch::whole(block, &places);
-    for lamp in &context.lamps {
-        let mut patches = vec![whole.clone()];
-        while let Some(patch) = patches.pop() {
-            let around = Surroundings::new(context, &blobs, &patch);
-            let pass = Pass { context, blobs: &around.blobs, block, lamp, places: &places };
-            let parts = patch::split(context, lamp, &around, &places, &patch)
-                .or_else(|| pass.light(&patch, airlight));
-            patches.extend(parts.into_iter().flatten());
+    let mut patches = vec![Patch::whole(block, &places)];
+    while let Some(patch) = patches.pop() {
+        let longest = patch.members.last().map_or(0.0, |ray| ray.length(block));
+        let around = Surroundings::new(context, &blobs, &patch, longest);
+        if around.is_coarse {
+            patches.extend(patch.quarters(&places));
+            continue;
+        }
+        let sights = Sights::new(context, &around.blobs, &patch);
+        for (i, lamp) in context.lamps.iter().enumerate() {
+            let sets_depth = i == 0 && context.interpolates();
+            let pass = Pass { context, block, lamp, places: &places, sets_depth };
+            let mut parts = pass.light(&patch, &sights, fogged);
+            while let Some(part) = parts.pop() {
+                let sights = Sights::new(context, &around.blobs, &part);
+                parts.extend(pass.light(&part, &sights, fogged));
+            }
         }
     }
 }
@@ -58,16 +67,60 @@ pub fn add_airlight(context: &Context, block: &[Ends<'_>], airlight: &mut [&mut 
 /// Rays before one light.
 struct Pass<'a> {
     context: &'a Context<'a>,
-    blobs: &'a [control::Blob],
     block: &'a [Ends<'a>],
     lamp: &'a Lamp,
     places: &'a Places,
+    /// Whether what fog takes away is set on the way.
+    sets_depth: bool,
 }
 
 /// A few rays of a row, and the blobs that they cross.
 struct Sight {
     rays: Control,
     met: Crossings,
+}
+
+/// The rays that stand for a patch.
+struct Sights {
+    /// Around it.
+    control: Sight,
+    /// Through its middle: there nodes are placed.
+    middle: Sight,
+    /// Where quadratics are compared with what they stand for.
+    check: Sight,
+}
+
+impl Sights {
+    fn new(context: &Context, blobs: &[Blob], patch: &Patch) -> Self {
+        let sight = |rays: Control, least: f32| {
+            let met = Crossings::on_view(context, &rays, blobs, least);
+            Sight { rays, met }
+        };
+        Self {
+            control: sight(Control::around(context, patch), 0.0),
+            middle: sight(Control::within(context, patch, [0.0; 2]), FAINT),
+            check: sight(Control::within(context, patch, CHECK), 0.0),
+        }
+    }
+}
+
+/// What the pixels of a layer sum up.
+struct Sums<'a> {
+    layer: &'a Layer<'a>,
+    head: Option<&'a Head>,
+    tail: Option<&'a Tail>,
+    /// T where they end, as in [`Tail`].
+    depth: Option<[Surface; TAIL]>,
+}
+
+/// Where rays meet fog, in ray parameters [m].
+struct Reach {
+    /// Where fog begins.
+    from: f32,
+    /// Where it ends, or nothing behind is seen.
+    to: f32,
+    /// From where to where blobs are.
+    dense: Option<(f32, f32)>,
 }
 
 /// Rays that end between two ray parameters [m], as a part of a patch.
@@ -79,51 +132,72 @@ struct Layer<'a> {
 }
 
 impl Pass<'_> {
-    /// Adds the light's airlight to the rays of a patch; its parts, if they end too differently.
-    fn light(&self, patch: &Patch, airlight: &mut [&mut Rows]) -> Option<Vec<Patch>> {
-        let length = |ray: &Ray| self.block[ray.batch()].hits.length[ray.at()];
-        let longest = patch.members.last().map_or(0.0, length);
-        let sight = self.sight(Control::around(self.context, patch), 0.0);
-        let clear = self.context.field.homogeneous.beta == 0.0;
-        let dense = sight.met.span(longest);
-        let span = if clear { dense } else { Some((0.0, longest)) };
-        let (from, to) = span.filter(|span| span.0 < span.1)?;
-        let to = self.opaque_from(&sight, from, to);
-        let reached = patch.members.partition_point(|ray| length(ray) <= from);
-        let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
+    /// Adds the light's airlight to the rays of a patch; its parts, if it is too large for them.
+    fn light(&self, patch: &Patch, sights: &Sights, fogged: &mut [Fogged]) -> Vec<Patch> {
+        let split = || patch.quarters(self.places);
+        if patch::is_near(self.context, self.lamp, patch) {
+            return split();
+        }
+        let Some(Reach { from, to, dense }) = self.reach(patch, &sights.control) else {
+            return Vec::new();
+        };
+        let layers = self.layers(patch, from, to, dense);
         let tolerance = Tolerance::new(&self.context.view);
-        let mut layers = Vec::new();
-        let mut rest = &patch.members[reached..];
-        while let Some(nearest) = rest.first() {
-            let first = length(nearest).min(to);
-            let reach = first + (tolerance.layer * (first - from)).max(thin);
-            let count = rest.partition_point(|at| length(at).min(to) <= reach);
-            let (members, behind) = rest.split_at(count);
-            let last = members.last().map_or(first, |at| length(at).min(to));
-            layers.push(Layer { from, first, last, members });
-            rest = behind;
-        }
         if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
-            return Some(patch.quarters(self.places));
+            return split();
         }
-        let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
         let mut heads = Vec::with_capacity(layers.len());
         for layer in &layers {
             if layer.first - layer.from <= 1e-6 * layer.first {
                 heads.push(None);
                 continue;
             }
-            let nodes = self.nodes(patch, dense, f64::from(layer.from), f64::from(layer.first));
-            let head = self.head(&sight, &nodes);
-            if patch.size() > SMALLEST && self.is_rough(patch, &nodes, &head) {
-                return Some(patch.quarters(self.places));
+            let nodes = self.nodes(&sights.middle, dense, layer.from, layer.first);
+            let head = self.head(&sights.control, &nodes);
+            if patch.size() > SMALLEST && self.is_rough(&sights.check, &nodes, &head) {
+                return split();
             }
             heads.push(Some(head));
         }
         for (layer, head) in layers.iter().zip(&heads) {
-            self.layer(patch, &sight, layer, head.as_ref(), airlight);
+            self.layer(patch, &sights.control, layer, head.as_ref(), fogged);
         }
-        None
+        Vec::new()
+    }
+
+    /// Where the patch's rays meet fog that is seen; `None` if nowhere.
+    fn reach(&self, patch: &Patch, control: &Sight) -> Option<Reach> {
+        let longest = patch.members.last().map_or(0.0, |ray| ray.length(self.block));
+        let dense = control.met.span(longest);
+        let clear = self.context.field.homogeneous.beta == 0.0;
+        let span = if clear { dense } else { Some((0.0, longest)) };
+        let (from, to) = span.filter(|span| span.0 < span.1)?;
+        Some(Reach { from, to: self.opaque_from(control, from, to), dense })
+    }
+
+    /// The patch's rays that meet fog, by where they end.
+    fn layers<'b>(
+        &self,
+        patch: &'b Patch,
+        from: f32,
+        to: f32,
+        dense: Option<(f32, f32)>,
+    ) -> Vec<Layer<'b>> {
+        let end = |ray: &Ray| ray.length(self.block).min(to);
+        let reached = patch.members.partition_point(|ray| ray.length(self.block) <= from);
+        let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
+        let share = Tolerance::new(&self.context.view).layer;
+        let mut layers = Vec::new();
+        let mut rest = &patch.members[reached..];
+        while let Some(nearest) = rest.first() {
+            let first = end(nearest);
+            let reach = first + (share * (first - from)).max(thin);
+            let (members, behind) = rest.split_at(rest.partition_point(|ray| end(ray) <= reach));
+            let last = members.last().map_or(first, end);
+            layers.push(Layer { from, first, last, members });
+            rest = behind;
+        }
+        layers
     }
 
     /// Where nothing behind is seen any more.
@@ -143,21 +217,20 @@ impl Pass<'_> {
     fn layer(
         &self,
         patch: &Patch,
-        sight: &Sight,
+        control: &Sight,
         layer: &Layer,
         head: Option<&Head>,
-        airlight: &mut [&mut Rows],
+        fogged: &mut [Fogged],
     ) {
-        let tail = (layer.last - layer.first > 1e-5 * (layer.last - layer.from))
-            .then(|| self.tail(sight, layer.first, layer.last));
-        dispatch!(self.context.level, simd => {
-            self.add(simd, patch, layer, head, tail.as_ref(), airlight);
-        });
-    }
-
-    fn sight(&self, rays: Control, least: f32) -> Sight {
-        let met = Crossings::on_view(self.context, &rays, self.blobs, least);
-        Sight { rays, met }
+        let has_tail = layer.last - layer.first > 1e-5 * (layer.last - layer.from);
+        let tail = has_tail.then(|| self.tail(control, layer.first, layer.last));
+        let flat = || {
+            let depth = control.met.profile(self.context, &pairs(&[layer.last])).depth;
+            [surface(of_place(&depth, 0)), [0.0; CONTROL], [0.0; CONTROL], [0.0; CONTROL]]
+        };
+        let depth = self.sets_depth.then(|| tail.as_ref().map_or_else(flat, |tail| tail.depth));
+        let sums = Sums { layer, head, tail: tail.as_ref(), depth };
+        dispatch!(self.context.level, simd => self.add(simd, patch, &sums, fogged));
     }
 
     fn fields(&self, sight: &Sight, t: &[Each]) -> Fields {
@@ -173,39 +246,35 @@ impl Pass<'_> {
 
     fn head(&self, sight: &Sight, nodes: &Nodes) -> Head {
         let t = nodes.t.as_flattened();
-        let Fields { log, mean, .. } = self.fields(sight, &pairs(t));
+        let Fields { log, mean, depth } = self.fields(sight, &pairs(t));
+        let last = t.len() - 1;
         let node = |(j, log_weight): (usize, &f32)| {
             let log = of_place(&log, j).map(|log| log + log_weight);
             let (most, log) = (most(&log), surface(log));
             Node { t: t[j], log, log_weight: *log_weight, most, mean: surface(of_place(&mean, j)) }
         };
-        Head { nodes: nodes.log_weight.as_flattened().iter().enumerate().map(node).collect() }
+        Head {
+            nodes: nodes.log_weight.as_flattened().iter().enumerate().map(node).collect(),
+            depth: surface(of_place(&depth, last)),
+        }
     }
 
     fn tail(&self, sight: &Sight, from: f32, to: f32) -> Tail {
         let range = to - from;
         let t = CHEBYSHEV.map(|x| range.mul_add(x, from));
-        let Fields { log, mean, .. } = self.fields(sight, &pairs(&t));
+        let Fields { log, mean, depth } = self.fields(sight, &pairs(&t));
         let along = |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(surface);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
-        Tail { from, range, log: along(&log), most, mean: along(&mean) }
+        Tail { from, range, log: along(&log), most, mean: along(&mean), depth: along(&depth) }
     }
 
     /// Sums at the pixels of a layer.
     #[inline(always)]
-    fn add<S: Simd>(
-        &self,
-        simd: S,
-        patch: &Patch,
-        layer: &Layer,
-        head: Option<&Head>,
-        tail: Option<&Tail>,
-        airlight: &mut [&mut Rows],
-    ) {
+    fn add<S: Simd>(&self, simd: S, patch: &Patch, sums: &Sums, fogged: &mut [Fogged]) {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
         let rgb = self.lamp.scattered.as_vec3();
-        for members in layer.members.chunks(Lanes::<S>::COUNT) {
+        for members in sums.layer.members.chunks(Lanes::<S>::COUNT) {
             let gathered = self.gather(members);
             let row = |i: usize| &gathered[i];
             let [x, y, dx, dy, dz, ox, oy, oz, length] =
@@ -227,20 +296,26 @@ impl Pass<'_> {
                 length,
             );
             let mut sum = one.lit(0.0);
-            if let Some(head) = head {
+            if let Some(head) = sums.head {
                 sum += pixels::head(simd, head, &terms, &light);
             }
-            if let Some(tail) = tail {
-                let end = length.min(Lanes::splat(simd, layer.last));
+            let end = length.min(Lanes::splat(simd, sums.layer.last));
+            if let Some(tail) = sums.tail {
                 sum += pixels::tail(simd, tail, &terms, &light, end);
             }
             let mut values = [0.0; PADDED];
             sum.store(&mut values);
             for (value, ray) in values.iter().zip(members) {
-                let (rows, at) = (&mut *airlight[ray.batch()], ray.at());
+                let (rows, at) = (&mut fogged[ray.batch()].airlight, ray.at());
                 rows[0][at] += value * rgb.x;
                 rows[1][at] += value * rgb.y;
                 rows[2][at] += value * rgb.z;
+            }
+            let Some(depth) = &sums.depth else { continue };
+            let Layer { first, last, .. } = sums.layer;
+            pixels::depth(simd, depth, &terms, (*first, last - first), end).store(&mut values);
+            for (value, ray) in values.iter().zip(members) {
+                fogged[ray.batch()].depth[ray.at()] = *value;
             }
         }
     }

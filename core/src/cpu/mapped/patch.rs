@@ -12,14 +12,17 @@ use glam::{DVec2, Vec2, Vec3};
 pub struct Tolerance {
     /// A patch is at most this share of its distance from a light's image.
     near: f32,
-    /// Optical depth that quadratics may miss of blobs that stand between the rays looked at.
+    /// Share of the fog, in optical depth, that quadratics may miss of blobs that stand between the
+    /// rays looked at.
     hidden: f32,
     /// Half a patch's diagonal is at most this [rad].
-    wide: f64,
+    wide: f32,
     /// Relative error of the airlight at the place where it is checked.
     pub rough: f64,
-    /// Relative difference of two rules that agree.
+    /// Relative error of a rule, as its own terms tell it.
     pub agree: f64,
+    /// Share that a rule may miss of the light that fog removes, which is known.
+    pub unmet: f64,
     /// Rays of a layer end within this share of each other's way through the fog.
     pub layer: f32,
     /// A larger patch of more layers than this is split.
@@ -31,29 +34,32 @@ impl Tolerance {
     pub fn new(view: &View) -> Self {
         match view.quality {
             Quality::Full if !view.for_screen => Self {
-                near: 0.4,
-                hidden: 5e-3,
+                near: 0.45,
+                hidden: 3e-3,
                 wide: 0.06,
                 rough: 5e-4,
                 agree: 3e-4,
-                layer: 0.12,
+                unmet: 5e-4,
+                layer: 0.15,
                 layers: 3,
             },
             Quality::Full => Self {
                 near: 0.7,
-                hidden: 2e-2,
+                hidden: 1.5e-2,
                 wide: 0.1,
-                rough: 2e-3,
-                agree: 1e-3,
-                layer: 0.2,
+                rough: 2.5e-3,
+                agree: 4e-3,
+                unmet: 3e-3,
+                layer: 0.25,
                 layers: 4,
             },
             Quality::Draft => Self {
                 near: 1.0,
-                hidden: 0.1,
+                hidden: 0.4,
                 wide: 0.2,
                 rough: 0.03,
-                agree: 5e-3,
+                agree: 2e-2,
+                unmet: 0.03,
                 layer: 0.5,
                 layers: 8,
             },
@@ -63,7 +69,8 @@ impl Tolerance {
 
 /// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
-/// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8.
+/// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8. Where there is
+/// nothing but the tails of blobs, they are what is seen.
 const FAR: f32 = 4.3;
 /// No patch is split below this [px].
 pub const SMALLEST: f32 = 0.5;
@@ -121,6 +128,11 @@ impl Ray {
     /// Its place in the batch.
     pub fn at(self) -> usize {
         self.0 as usize % SIZE
+    }
+
+    /// Where it ends [m].
+    pub fn length(self, block: &[Ends<'_>]) -> f32 {
+        block[self.batch()].hits.length[self.at()]
     }
 }
 
@@ -186,34 +198,27 @@ impl Patch {
     }
 }
 
-/// Parts of a patch over which one set of nodes does not suffice for a light.
-pub fn split(
-    context: &Context,
-    lamp: &Lamp,
-    around: &Surroundings,
-    places: &Places,
-    patch: &Patch,
-) -> Option<Vec<Patch>> {
-    let Tolerance { near, wide, .. } = Tolerance::new(&context.view);
-    let size = patch.size();
+/// Whether one set of nodes does not suffice for what a patch's rays see of a light.
+pub fn is_near(context: &Context, lamp: &Lamp, patch: &Patch) -> bool {
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
-    let near = image.is_some_and(|image| size > near * patch.middle().distance(image));
-    let split = size > SMALLEST && (near || is_wide(context, patch, wide) || around.hides);
-    split.then(|| patch.quarters(places))
+    let near = Tolerance::new(&context.view).near;
+    let size = patch.size();
+    size > SMALLEST && image.is_some_and(|image| size > near * patch.middle().distance(image))
 }
 
 /// Blobs around a patch's rays.
 pub struct Surroundings {
     /// Those that some ray meets.
     pub blobs: Vec<Blob>,
-    /// Whether some are so small in the picture that they may stand between the rays that are
-    /// looked at.
-    hides: bool,
+    /// Whether the patch is too large for them: some are so small in the picture that they may
+    /// stand between the rays that are looked at, or the rays spread so much that no field is a
+    /// quadratic across them.
+    pub is_coarse: bool,
 }
 
 impl Surroundings {
-    /// Of the blobs around a larger patch.
-    pub fn new(context: &Context, blobs: &[Blob], patch: &Patch) -> Self {
+    /// Of the blobs around a larger patch, whose rays are at most so long [m].
+    pub fn new(context: &Context, blobs: &[Blob], patch: &Patch, longest: f32) -> Self {
         let (middle, half) = (patch.middle(), patch.half());
         let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
         let (rim_offset, rim) = context.viewpoint.ray((middle + half).as_dvec2());
@@ -221,26 +226,28 @@ impl Surroundings {
         // Half the patch's diagonal: per metre of distance, else in metres.
         let spread = rim.as_vec3().distance(axis);
         let width = rim_offset.as_vec3().distance(offset);
-        let mut hidden = 0.0;
+        let Tolerance { hidden: most, wide, .. } = Tolerance::new(&context.view);
+        let (mut hidden, mut depth) = (0.0, context.field.homogeneous.beta as f32 * longest);
         let meets = |blob: &&Blob| {
             let b = Vec3::from(blob.b) - offset * blob.a;
             let half = 1.01 * (b.length() * spread + width * blob.a);
-            let miss = (b.cross(axis).length() - half).max(0.0);
-            if half > COARSE && miss < FAR {
+            let aside = b.cross(axis).length();
+            let miss = (aside - half).max(0.0);
+            if miss >= FAR {
+                return false;
+            }
+            depth += 2.0 * blob.k * (-aside * aside).exp();
+            if half > COARSE {
                 let half = half.min(4.0);
                 // The third derivative of a Gaussian, met over half a patch.
                 hidden += 0.25 * blob.k * half * half * half * (-miss * miss).exp();
             }
-            miss < FAR
+            true
         };
         let blobs = blobs.iter().filter(meets).copied().collect();
-        Self { blobs, hides: hidden > Tolerance::new(&context.view).hidden }
+        // In thin fog a blob stands out by what it adds.
+        let hides = hidden > most * depth.min(1.0);
+        let is_coarse = patch.size() > SMALLEST && (hides || spread > wide);
+        Self { blobs, is_coarse }
     }
-}
-
-/// Whether a patch's rays spread so much that no field is a quadratic across them.
-fn is_wide(context: &Context, patch: &Patch, wide: f64) -> bool {
-    let direction = |place: Vec2| context.viewpoint.ray(place.as_dvec2()).1;
-    let (middle, half) = (patch.middle(), patch.half());
-    direction(middle).distance(direction(middle + half)) > wide
 }

@@ -1,11 +1,11 @@
 //! One ray through the middle of a patch: along it the nodes of the patch's rule are placed, and it
 //! tells how many are enough.
 
-use super::control::{Control, Each, Fields, PADDED};
-use super::patch::{Patch, Tolerance};
+use super::control::{Each, Fields, PADDED};
+use super::patch::Tolerance;
 use super::pixels::{Head, Light, at};
-use super::{CHECK, Pass};
-use crate::airlight::mapped::{Map, PROBES, Probes, SIZES, UNMET};
+use super::{CHECK, Pass, Sight};
+use crate::airlight::mapped::{Map, PROBES, Probes, SIZES};
 use crate::num::{Lanes, Num};
 use crate::quadrature::gauss_legendre;
 use fearless_simd::{Simd, dispatch};
@@ -14,18 +14,63 @@ use std::sync::LazyLock;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
 
+/// Surfaces may be off by so many times what airlight may.
+const DIMMED: f64 = 2.0;
+
 /// Share of a blob, in thin fog, that does not matter to where nodes are placed.
-const FAINT: f32 = 1e-5;
+pub const FAINT: f32 = 1e-5;
 
 /// What rounding leaves where there is no fog: ln β has a floor.
 const NOTHING: f64 = 1e-20;
 
-/// Abscissae and weights on [0, 1] of the rules that are tried, sixteen a row.
-static RULES: LazyLock<Vec<[Vec<Each>; 2]>> = LazyLock::new(|| {
-    let rows = |values: &[f64]| values.chunks(PADDED).map(row).collect();
-    let rule = |size| gauss_legendre(size);
-    SIZES.map(rule).iter().map(|(nodes, weights)| [rows(nodes), rows(weights)]).collect()
-});
+/// The rules that are tried.
+static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| SIZES.map(Rule::new).into());
+
+/// Highest polynomials that tell whether a rule resolves what it sums up.
+const HIGHEST: usize = 4;
+
+/// A Gauss–Legendre rule on [0, 1], sixteen numbers a row.
+struct Rule {
+    nodes: Vec<Each>,
+    weights: Vec<Each>,
+    /// (2k + 1) P_k at the nodes for the highest k below their number, row by row.
+    highest: Vec<[Each; HIGHEST]>,
+}
+
+impl Rule {
+    fn new(size: usize) -> Self {
+        let rows = |values: &[f64]| values.chunks(PADDED).map(row).collect();
+        let (nodes, weights) = gauss_legendre(size);
+        let mut highest = vec![[[0.0; PADDED]; HIGHEST]; size / PADDED];
+        for (j, node) in nodes.iter().enumerate() {
+            let (x, mut before, mut value) = (2.0 * node - 1.0, 1.0, 2.0 * node - 1.0);
+            for k in 1..size {
+                if k + HIGHEST >= size {
+                    let scale = (2 * k + 1) as f64;
+                    highest[j / PADDED][k + HIGHEST - size][j % PADDED] = (scale * value) as f32;
+                }
+                let n = k as f64;
+                (before, value) = (value, ((2.0 * n + 1.0) * x * value - n * before) / (n + 1.0));
+            }
+        }
+        Self { nodes: rows(&nodes), weights: rows(&weights), highest }
+    }
+
+    /// What the rule may be off by, relative, given its terms. The Legendre coefficients of a smooth
+    /// integrand fall geometrically; a rule of n nodes misses those from the 2n-th on, which are as
+    /// far below the n-th as that is below the first.
+    fn unresolved(&self, terms: &[Each]) -> f64 {
+        let mut coefficients = [0.0f32; HIGHEST];
+        for (row, highest) in terms.iter().zip(&self.highest) {
+            for (coefficient, values) in coefficients.iter_mut().zip(highest) {
+                *coefficient +=
+                    row.iter().zip(values).map(|(term, value)| term * value).sum::<f32>();
+            }
+        }
+        let largest = coefficients.iter().fold(0.0f32, |most, value| most.max(value.abs()));
+        (f64::from(largest) / total(terms).max(f64::MIN_POSITIVE)).powi(2)
+    }
+}
 
 /// Numbers along one ray, in a full row.
 fn row(values: &[f64]) -> Each {
@@ -40,58 +85,54 @@ pub struct Nodes {
     pub log_weight: Vec<Each>,
 }
 
-/// What a rule makes of a ray.
-struct Sums {
-    /// The airlight per unit of ω·I₀.
-    airlight: f64,
-    /// ∫ β e^(−T) dt.
-    removed: f64,
+/// What a rule makes of a ray, node by node.
+struct Terms {
+    /// Of the airlight per unit of ω·I₀.
+    airlight: Vec<Each>,
+    /// Of ∫ β e^(−T) dt.
+    removed: Vec<Each>,
 }
 
 impl Pass<'_> {
-    /// Nodes for what a patch's rays see between two ray parameters: the coarsest rule that agrees
-    /// with the next.
-    pub fn nodes(&self, patch: &Patch, dense: Option<(f64, f64)>, from: f64, to: f64) -> Nodes {
+    /// Nodes for what a patch's rays see between two ray parameters: the smallest rule that
+    /// resolves the ray through its middle.
+    pub fn nodes(&self, sight: &Sight, dense: Option<(f32, f32)>, from: f32, to: f32) -> Nodes {
         let (context, level) = (self.context, self.context.level);
-        let sight = self.sight(Control::within(context, patch, [0.0; 2]), FAINT);
-        let to_light = sight.rays.light(self.lamp, to as f32);
-        let probes = Probes::new(from, to, dense, &to_light);
+        let to_light = sight.rays.light(self.lamp, to);
+        let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
+        let (begin, end) = (f64::from(from), f64::from(to));
+        let probes = Probes::new(begin, end, dense, &to_light);
         let t: Vec<Each> = probes.at.chunks(PADDED).map(row).collect();
-        let fields = self.fields(&sight, &t);
-        let through = sight.met.profile(context, &[[to as f32; PADDED]]).depth[0][0];
-        let removed = -f64::from(-through).exp_m1();
+        let fields = self.fields(sight, &t);
         let seen = dispatch!(level, simd => {
             seen(simd, &Light::of(simd, context.phase, &to_light), &t, &fields)
         });
-        let map = Map::new(context.phase, from, to, to_light, &probes, &seen);
-        let sums = |nodes: &Nodes| {
-            let fields = self.fields(&sight, &nodes.t);
-            dispatch!(level, simd => {
-                sums(simd, &Light::of(simd, context.phase, &to_light), nodes, &fields)
-            })
-        };
-        let mut rules = RULES.iter().map(|rule| dispatch!(level, simd => place(simd, &map, rule)));
-        let mut nodes = rules.next().unwrap_or_else(|| Nodes { t: vec![], log_weight: vec![] });
-        let mut coarse = sums(&nodes);
-        let tolerance = Tolerance::new(&context.view).agree;
-        for finer in rules {
-            let fine = sums(&finer);
-            let agree = (fine.airlight - coarse.airlight).abs() <= tolerance * fine.airlight;
-            if agree && (coarse.removed - removed).abs() <= UNMET * removed + NOTHING {
+        let map = Map::new(context.phase, begin, end, to_light, &probes, &seen);
+        let through = sight.met.profile(context, &[[to; PADDED]]).depth[0][0];
+        let removed = -f64::from(-through).exp_m1();
+        let Tolerance { agree, unmet, .. } = Tolerance::new(&context.view);
+        let mut nodes = Nodes { t: vec![], log_weight: vec![] };
+        for rule in RULES.iter() {
+            nodes = dispatch!(level, simd => place(simd, &map, rule));
+            let fields = self.fields(sight, &nodes.t);
+            let terms = dispatch!(level, simd => {
+                terms(simd, &Light::of(simd, context.phase, &to_light), &nodes, &fields)
+            });
+            let missed = (total(&terms.removed) - removed).abs();
+            if rule.unresolved(&terms.airlight) <= agree && missed <= unmet * removed + NOTHING {
                 break;
             }
-            (nodes, coarse) = (finer, fine);
         }
         nodes
     }
 
     /// Whether quadratics miss the fields so much that it shows, at a place where all their errors
     /// do.
-    pub fn is_rough(&self, patch: &Patch, nodes: &Nodes, head: &Head) -> bool {
+    pub fn is_rough(&self, sight: &Sight, nodes: &Nodes, head: &Head) -> bool {
         let context = self.context;
-        let sight = self.sight(Control::within(context, patch, CHECK), 0.0);
-        let exact = self.fields(&sight, &nodes.t);
-        if exact.depth.last().is_none_or(|depth| depth[PADDED - 1] < UNSEEN) {
+        let exact = self.fields(sight, &nodes.t);
+        let Some(through) = exact.depth.last().map(|depth| depth[PADDED - 1]) else { return false };
+        if through < UNSEEN {
             return false;
         }
         let [x, y] = CHECK;
@@ -104,12 +145,14 @@ impl Pass<'_> {
         }
         let to_light = sight.rays.light(self.lamp, nodes.t[nodes.t.len() - 1][PADDED - 1]);
         let [is, would_be] = [&exact, &smooth].map(|fields| {
-            dispatch!(context.level, simd => {
-                sums(simd, &Light::of(simd, context.phase, &to_light), nodes, fields)
-            })
+            let terms = dispatch!(context.level, simd => {
+                terms(simd, &Light::of(simd, context.phase, &to_light), nodes, fields)
+            });
+            total(&terms.airlight)
         });
-        let tolerance = Tolerance::new(&context.view).rough;
-        (is.airlight - would_be.airlight).abs() > tolerance * is.airlight
+        let rough = Tolerance::new(&context.view).rough;
+        let dims = f64::from((at(&head.depth, x, y) - through).abs() * (-through).exp());
+        (is - would_be).abs() > rough * is || self.sets_depth && dims > DIMMED * rough
     }
 }
 
@@ -127,8 +170,8 @@ fn seen<S: Simd>(simd: S, light: &Light<S>, t: &[Each], fields: &Fields) -> [f64
 
 /// A rule's nodes.
 #[inline(always)]
-fn place<S: Simd>(simd: S, map: &Map, [nodes, weights]: &[Vec<Each>; 2]) -> Nodes {
-    let mut placed = Nodes { t: nodes.clone(), log_weight: weights.clone() };
+fn place<S: Simd>(simd: S, map: &Map, rule: &Rule) -> Nodes {
+    let mut placed = Nodes { t: rule.nodes.clone(), log_weight: rule.weights.clone() };
     for (t, log_weight) in placed.t.iter_mut().zip(&mut placed.log_weight) {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let (place, slope) = map.solve(Lanes::load(simd, &t[at..]));
@@ -142,24 +185,22 @@ fn place<S: Simd>(simd: S, map: &Map, [nodes, weights]: &[Vec<Each>; 2]) -> Node
 
 /// What nodes make of fields along one ray.
 #[inline(always)]
-fn sums<S: Simd>(simd: S, light: &Light<S>, nodes: &Nodes, fields: &Fields) -> Sums {
-    let zero = Lanes::splat(simd, 0.0);
-    let (mut airlight, mut removed) = (zero, zero);
+fn terms<S: Simd>(simd: S, light: &Light<S>, nodes: &Nodes, fields: &Fields) -> Terms {
+    let zero = vec![[0.0; PADDED]; nodes.t.len()];
+    let mut terms = Terms { airlight: zero.clone(), removed: zero };
     for row in 0..nodes.t.len() {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let t = Lanes::load(simd, &nodes.t[row][at..]);
             let log = Lanes::load(simd, &fields.log[row][at..])
                 + Lanes::load(simd, &nodes.log_weight[row][at..]);
-            airlight += light.scattered(t, log, Lanes::load(simd, &fields.mean[row][at..]));
-            removed += log.exp();
+            let mean = Lanes::load(simd, &fields.mean[row][at..]);
+            light.scattered(t, log, mean).store(&mut terms.airlight[row][at..]);
+            log.exp().store(&mut terms.removed[row][at..]);
         }
     }
-    Sums { airlight: total(airlight), removed: total(removed) }
+    terms
 }
 
-#[inline(always)]
-fn total<S: Simd>(lanes: Lanes<S>) -> f64 {
-    let mut each = [0.0f32; PADDED];
-    lanes.store(&mut each);
-    each.iter().copied().map(f64::from).sum()
+fn total(terms: &[Each]) -> f64 {
+    terms.as_flattened().iter().copied().map(f64::from).sum()
 }

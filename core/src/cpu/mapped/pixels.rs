@@ -20,6 +20,8 @@ pub const TAIL: usize = 4;
 pub struct Head {
     /// The nodes of its rule.
     pub nodes: Vec<Node>,
+    /// T at the last of them.
+    pub depth: Surface,
 }
 
 /// One node of a rule.
@@ -48,6 +50,8 @@ pub struct Tail {
     pub most: f32,
     /// T(x, s)/d [1/m].
     pub mean: [Surface; TAIL],
+    /// T.
+    pub depth: [Surface; TAIL],
 }
 
 /// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
@@ -193,6 +197,20 @@ impl<S: Simd> Cubic<S> {
     fn at(&self, x: Lanes<S>) -> Lanes<S> {
         x.mul_add(x.mul_add(x.mul_add(self.3, self.2), self.1), self.0)
     }
+}
+
+/// T at ray parameters `t`, given as along a tail that begins at `from` and is `range` long [m].
+#[inline(always)]
+pub fn depth<S: Simd>(
+    simd: S,
+    depth: &[Surface; TAIL],
+    terms: &Terms<S>,
+    (from, range): (f32, f32),
+    t: Lanes<S>,
+) -> Lanes<S> {
+    let scale = Lanes::splat(simd, if range > 0.0 { 1.0 / range } else { 0.0 });
+    let at = (t - Lanes::splat(simd, from)) * scale;
+    Cubic::new(simd, terms, depth).at(at.max(t.lit(0.0)).min(t.lit(1.0))).max(t.lit(0.0))
 }
 
 /// Airlight of a tail per unit of ω·I₀, for rays of their own `length`.

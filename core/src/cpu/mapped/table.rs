@@ -22,13 +22,13 @@ use rayon::prelude::*;
 
 /// Fewer blobs than this are summed up directly.
 const FEWEST_BLOBS: usize = 48;
-/// Most samples of a table (16 MB), and of all tables of a frame.
-const MOST: usize = 4 << 20;
+/// Most samples of a table (8 MB), and of all tables of a frame.
+const MOST: usize = 2 << 20;
 const MOST_TOGETHER: usize = 24 << 20;
 /// Most shells around a light, and behind a window.
 const MOST_SHELLS: [usize; 2] = [112, 160];
 /// What cubics between samples may miss of a blob's half depth, in optical depth.
-const ERROR: f64 = 4e-3;
+const ERROR: f64 = 8e-3;
 /// Directions that are summed up together: a square of them.
 const GROUP: usize = 8;
 
@@ -100,7 +100,7 @@ impl Extent {
         let finest = 2.0 * reach / most as f64;
         // A few blobs that are finer than the rest do not decide: they are far away, or thin.
         let spacing = spacings[spacings.len() / 10].max(finest).min(0.25 * reach);
-        let fits = spacings[spacings.len() / 4] > 0.25 * finest;
+        let fits = spacings[spacings.len() / 4] > 0.17 * finest;
         fits.then_some(Self { spacing, near: near.max(1e-3 * far), far })
     }
 }
