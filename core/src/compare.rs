@@ -203,6 +203,8 @@ pub struct Compared {
     pub errors: ErrorImage,
     /// What each step took, in order.
     pub timings: Vec<(&'static str, Duration)>,
+    /// Where `a` was rendered.
+    pub backend: &'static str,
 }
 
 /// Renders both sides and compares them.
@@ -238,7 +240,7 @@ pub fn run(
         a_ms: milliseconds(&a),
         b_ms: milliseconds(&b),
     };
-    Ok(Compared { comparison, errors: errors.image(&a), timings })
+    Ok(Compared { comparison, errors: errors.image(&a), timings, backend: a.backend })
 }
 
 /// What the estimator took, not what both sides share.

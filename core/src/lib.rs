@@ -4,6 +4,7 @@ pub mod airlight;
 pub mod compare;
 pub mod cpu;
 pub mod geometry;
+pub mod gpu;
 pub mod image;
 pub mod media;
 pub mod num;
@@ -14,7 +15,8 @@ mod quadrature;
 pub mod renderer;
 pub mod request;
 pub mod scene;
+pub mod selftest;
 pub mod surface;
 pub mod vector;
 
-pub use renderer::{Frame, Interrupted, Progress, Renderer};
+pub use renderer::{Backend, Frame, Interrupted, Progress, Renderer};

@@ -72,6 +72,17 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Beauty,
+        Self::Airlight,
+        Self::Surface,
+        Self::Normal,
+        Self::OpticalDepth,
+        Self::Transmittance,
+        Self::Depth,
+    ];
+
     /// Numbers a pixel has.
     pub fn channels(self) -> usize {
         match self {

@@ -7,7 +7,7 @@ use crate::openapi::Operation;
 use crate::problem::Problem;
 use crate::queue::Queue;
 use crate::routes::{
-    compare, health, limits, models, openapi, optical_depth, page, presets, probe, render,
+    compare, health, limits, models, openapi, optical_depth, page, presets, probe, render, selftest,
 };
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
@@ -16,6 +16,7 @@ use axum::routing::{MethodRouter, get, post};
 use fogbank_core::Renderer;
 use schemars::SchemaGenerator;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// One path of the API: who answers it, and how it is documented.
@@ -36,6 +37,7 @@ pub fn routes() -> Vec<Route> {
         route("/v1/optical-depth", post(optical_depth::render), optical_depth::operation),
         route("/v1/probe", post(probe::probe), probe::operation),
         route("/v1/compare", post(compare::compare), compare::operation),
+        route("/v1/selftest", post(selftest::selftest), selftest::operation),
         route("/v1/models", get(models::list), models::operation),
         route("/v1/presets", get(presets::list), presets::operation),
         route("/v1/limits", get(limits::list), limits::operation),
@@ -52,8 +54,8 @@ pub struct App {
     pub queue: Arc<Queue<Renderer>>,
     /// Reads bodies.
     pub intake: Intake,
-    /// The renderer's word for where it runs.
-    pub backend: &'static str,
+    /// Whether the CPU had to take over from a GPU.
+    pub has_fallen_back: Arc<AtomicBool>,
     /// What the command line chose.
     pub options: Arc<ServeArgs>,
 }
@@ -62,12 +64,12 @@ impl App {
     /// Starts the renderer.
     ///
     /// # Errors
-    /// When the system gives it no thread.
+    /// When there is no such backend, or the system gives it no thread.
     pub fn start(options: ServeArgs) -> std::io::Result<Self> {
-        let renderer = Renderer::default();
+        let renderer = Renderer::open(options.backend.into()).map_err(std::io::Error::other)?;
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
-            backend: renderer.backend(),
+            has_fallen_back: renderer.fallback(),
             queue: Arc::new(Queue::start(options.queue, renderer)?),
             intake: Intake::new(parsers),
             options: Arc::new(options),

@@ -30,6 +30,8 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Prints how far one airlight estimator is from another as JSON.
     Compare(CompareArgs),
+    /// Prints what pictures can be made on, how fast, and by how much the backends differ.
+    Backends,
     /// Prints the JSON schema of a scene.
     Schema,
 }
@@ -67,11 +69,23 @@ pub struct ServeArgs {
 /// What renders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Backend {
-    /// The best that this machine has.
+    /// A GPU made for it, else the processor.
     #[default]
     Auto,
     /// The processor.
     Cpu,
+    /// A GPU, be it one in software.
+    Gpu,
+}
+
+impl From<Backend> for fogbank_core::Backend {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Auto => Self::Auto,
+            Backend::Cpu => Self::Cpu,
+            Backend::Gpu => Self::Gpu,
+        }
+    }
 }
 
 /// Options of `render`.

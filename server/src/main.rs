@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Some(Command::Render(args)) => commands::render(args),
         Some(Command::Probe(args)) => commands::probe(args),
         Some(Command::Compare(args)) => commands::compare(args),
+        Some(Command::Backends) => commands::backends(),
         Some(Command::Schema) => commands::schema(),
         Some(Command::Serve(args)) => serve::serve(args),
         None => Ok(()),

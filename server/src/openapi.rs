@@ -62,6 +62,16 @@ impl Operation {
         Self { method: "post", request, refusals, ..Self::get(summary) }
     }
 
+    /// A `POST` whose body does not matter.
+    pub fn post_without_body(summary: &'static str) -> Self {
+        let refusals = vec![
+            StatusCode::INTERNAL_SERVER_ERROR,
+            StatusCode::SERVICE_UNAVAILABLE,
+            StatusCode::GATEWAY_TIMEOUT,
+        ];
+        Self { method: "post", refusals, ..Self::get(summary) }
+    }
+
     /// Answers a type as JSON.
     pub fn json<T: JsonSchema>(self, schemas: &mut SchemaGenerator) -> Self {
         let schema = schemas.subschema_for::<T>();

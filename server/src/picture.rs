@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 pub struct Encoded {
     /// The file.
     pub bytes: Vec<u8>,
+    /// Where it was rendered.
+    pub backend: &'static str,
     /// Its media type.
     pub content_type: &'static str,
     /// A header of this kind of file alone.
@@ -77,7 +79,7 @@ pub async fn answer_job<T: Send + 'static>(
         set(header::ETAG, &etag);
     }
     set(HeaderName::from_static("server-timing"), &timing);
-    set(HeaderName::from_static("fog-backend"), app.backend);
+    set(HeaderName::from_static("fog-backend"), encoded.backend);
     set(HeaderName::from_static("fog-quality"), quality_name(quality));
     if let Some((name, value)) = encoded.extra {
         set(name, &value);

@@ -349,8 +349,14 @@ fn layers_look_as_they_did() {
 
 fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<u8> {
     let pixels: Vec<f32> = values.iter().flat_map(|v| [*v; 3]).collect();
-    let frame =
-        Frame { width: values.len(), height: 1, layer: Layer::Beauty, pixels, timings: vec![] };
+    let frame = Frame {
+        width: values.len(),
+        height: 1,
+        layer: Layer::Beauty,
+        pixels,
+        timings: vec![],
+        backend: "cpu",
+    };
     let view = View { tonemap, exposure_ev, ..beauty(values.len() as u32, 1) };
     decode(&png(&frame, &view)).bytes
 }

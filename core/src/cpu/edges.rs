@@ -138,7 +138,7 @@ fn order(places: &[usize], shifts: &[DVec2]) -> Order {
 }
 
 /// On a screen a lamp's rim is a rim only if its radiance counts no more than white.
-fn weight(context: &Context, value: [f32; 3]) -> f32 {
+pub fn weight(context: &Context, value: [f32; 3]) -> f32 {
     if !(context.view.for_screen && context.view.layer == Layer::Beauty) {
         return 1.0;
     }
@@ -147,7 +147,7 @@ fn weight(context: &Context, value: [f32; 3]) -> f32 {
 }
 
 /// Evenly spread places in a pixel: the additive recurrence of the plastic number.
-fn shifts(count: usize) -> Vec<DVec2> {
+pub fn shifts(count: usize) -> Vec<DVec2> {
     const PLASTIC: f64 = 1.324_717_957_244_746;
     let step = DVec2::new(1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC));
     (0..count).map(|i| (0.5 + step * i as f64).fract()).collect()

@@ -11,17 +11,23 @@ use crate::geometry::bundle::Bundle;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// What the published airlight needs of one light and every blob, as a kernel reads it.
 pub struct LitBlobs {
     /// a · (centre − light), and the exponent of f¹.
     blobs: Vec<[f32; 4]>,
     exponents: Vec<f64>,
-    homogeneous_factor: f64,
+    /// Share of a light's homogeneous part that the blobs let through.
+    pub homogeneous_factor: f64,
 }
 
 impl LitBlobs {
+    /// a · (centre − light) of every blob, and the exponent of f¹.
+    pub fn rows(&self) -> impl Iterator<Item = Vec4> + '_ {
+        self.blobs.iter().copied().map(Vec4::from_array)
+    }
+
     /// Packs a light's side of the published method.
     pub fn new(context: &Context, light: DVec3, side: LightSide) -> Self {
         let blobs = context.field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {

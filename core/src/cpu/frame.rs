@@ -110,11 +110,13 @@ pub fn render(
     clock.lap("composite")?;
 
     let (width, height) = (context.grid.width, context.grid.height);
-    Ok(Frame { width, height, layer: view.layer, pixels, timings: clock.laps })
+    let timings = clock.laps;
+    Ok(Frame { width, height, layer: view.layer, pixels, timings, backend: "cpu" })
 }
 
 impl<'a> Context<'a> {
-    fn new(
+    /// What a frame of a scene is made from, before any pass.
+    pub fn new(
         scene: &CheckedScene,
         geometry: &'a Geometry,
         field: &'a Field,
@@ -228,7 +230,7 @@ fn first_hits(context: &Context) -> Vec<Hits> {
 }
 
 /// For the published airlight: what lies between every blob and the lights and the eye.
-fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Vec<LitBlobs> {
+pub fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Vec<LitBlobs> {
     if context.method != Method::Fogshop2007 || !context.shows_airlight() {
         return Vec::new();
     }

@@ -2,20 +2,20 @@
 
 pub mod batch;
 pub mod blobs;
-mod cache;
+pub(crate) mod cache;
 mod centers;
 mod composite;
 mod cone;
-mod edges;
+pub(crate) mod edges;
 mod fog;
-mod frame;
+pub(crate) mod frame;
 pub mod kernels;
 mod mapped;
 mod shade;
 mod trace;
 mod triangle;
 mod upsample;
-mod viewpoint;
+pub(crate) mod viewpoint;
 
 use crate::probe::{Prober, RayAnswer};
 use crate::renderer::{Frame, Interrupted, Progress};
@@ -27,7 +27,7 @@ use rayon::prelude::*;
 /// The CPU backend.
 #[derive(Debug, Default)]
 pub struct Cpu {
-    cache: Cache,
+    pub(crate) cache: Cache,
 }
 
 impl Cpu {

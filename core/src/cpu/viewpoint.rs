@@ -38,6 +38,12 @@ impl Viewpoint {
         Self { position, forward, right: right * half * aspect, up, parallel, size }
     }
 
+    /// From the middle of the picture to its right and to its upper edge: per metre of depth under
+    /// perspective, else in metres.
+    pub fn half_axes(&self) -> (DVec3, DVec3) {
+        (self.right, self.up)
+    }
+
     /// Pixels across and down.
     pub fn size(&self) -> DVec2 {
         self.size

@@ -1,6 +1,6 @@
 //! A finished frame as a file.
 
-mod display;
+pub(crate) mod display;
 pub mod flip;
 mod float;
 mod screen;

@@ -61,11 +61,13 @@ fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {
     let numbers = serde_json::to_string(&compared.comparison).unwrap_or_default();
     let content_type = form.content_type();
     let Form::Image(format) = form else {
-        return Ok(Encoded { bytes: numbers.into_bytes(), content_type, extra: None });
+        let (bytes, backend) = (numbers.into_bytes(), compared.backend);
+        return Ok(Encoded { bytes, backend, content_type, extra: None });
     };
     let bytes = encode_errors(&compared.errors, format)?;
     let name = HeaderName::from_static("fog-comparison");
-    Ok(Encoded { bytes, content_type, extra: Some((name, numbers)) })
+    let extra = Some((name, numbers));
+    Ok(Encoded { bytes, backend: compared.backend, content_type, extra })
 }
 
 /// Its documentation.

@@ -9,6 +9,7 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
+use std::sync::atomic::Ordering;
 
 /// How the process is.
 #[derive(Serialize, JsonSchema)]
@@ -22,12 +23,20 @@ pub async fn healthz() -> Response {
     answer::json(&Health { status: "ok" })
 }
 
+/// How the renderer is.
+#[derive(Serialize, JsonSchema)]
+struct Readiness {
+    /// `ok`, or `degraded` when the CPU had to take over from a GPU that failed again and again.
+    status: &'static str,
+}
+
 /// The renderer takes jobs.
 pub async fn readyz(State(app): State<App>) -> Result<Response, Problem> {
-    if app.queue.is_alive() {
-        return Ok(answer::json(&Health { status: "ok" }));
+    if !app.queue.is_alive() {
+        return Err(Problem::busy("the renderer is gone"));
     }
-    Err(Problem::busy("the renderer is gone"))
+    let fallen_back = app.has_fallen_back.load(Ordering::Relaxed);
+    Ok(answer::json(&Readiness { status: if fallen_back { "degraded" } else { "ok" } }))
 }
 
 /// The documentation of `/healthz`.
@@ -38,6 +47,6 @@ pub fn healthz_operation(schemas: &mut SchemaGenerator) -> Operation {
 /// The documentation of `/readyz`.
 pub fn readyz_operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "Whether the renderer takes jobs.";
-    let operation = Operation::get(summary).json::<Health>(schemas);
+    let operation = Operation::get(summary).json::<Readiness>(schemas);
     operation.refuses(StatusCode::SERVICE_UNAVAILABLE)
 }

@@ -10,3 +10,4 @@ pub mod page;
 pub mod presets;
 pub mod probe;
 pub mod render;
+pub mod selftest;

@@ -29,11 +29,13 @@ pub async fn render(State(app): State<App>, request: Request) -> Result<Response
 fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {
     let content_type = format.content_type();
     if format != Format::Png {
-        return Ok(Encoded { bytes: encode(frame, view, format)?, content_type, extra: None });
+        let bytes = encode(frame, view, format)?;
+        return Ok(Encoded { bytes, backend: frame.backend, content_type, extra: None });
     }
     let (bytes, scale) = encode_png16(frame)?;
     let name = HeaderName::from_static("fog-optical-depth-scale");
-    Ok(Encoded { bytes, content_type, extra: Some((name, scale.to_string())) })
+    let extra = Some((name, scale.to_string()));
+    Ok(Encoded { bytes, backend: frame.backend, content_type, extra })
 }
 
 /// Its documentation.

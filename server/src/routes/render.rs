@@ -7,6 +7,7 @@ use crate::picture::{self, Encoded};
 use crate::problem::Problem;
 use axum::extract::{Request, State};
 use axum::response::Response;
+use fogbank_core::Frame;
 use fogbank_core::image::{Format, encode};
 use fogbank_core::request::RenderRequest;
 use schemars::SchemaGenerator;
@@ -16,9 +17,10 @@ pub async fn render(State(app): State<App>, request: Request) -> Result<Response
     let format = accept::choose(request.headers(), &Format::ALL, Format::content_type)?;
     let (scene, mut view) = app.intake.read(request, RenderRequest::check).await?;
     view = view.for_format(format);
-    let encode = move |frame: &_| {
+    let encode = move |frame: &Frame| {
         let bytes = encode(frame, &view, format)?;
-        Ok(Encoded { bytes, content_type: format.content_type(), extra: None })
+        let (content_type, backend) = (format.content_type(), frame.backend);
+        Ok(Encoded { bytes, backend, content_type, extra: None })
     };
     picture::answer(&app, scene, view, encode).await
 }

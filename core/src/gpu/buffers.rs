@@ -1,0 +1,228 @@
+//! What a frame's passes read, brought to the device: the scene's lists relative to the camera, and
+//! its triangles, which are kept while the surfaces stay the same.
+
+use super::device::{Buffer, Device, Failure};
+use super::layout::{self, Anchor, Blob, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View};
+use crate::airlight::Method;
+use crate::cpu::frame::Context;
+use crate::geometry::{Geometry, Solid};
+use crate::media::PICTURE_LOSS;
+use crate::quadrature::gauss_legendre;
+use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
+use std::sync::{Arc, Mutex, PoisonError};
+use wgpu::BufferUsages;
+
+/// Depth at which triangles are cut off in front of the camera [m].
+const CUT_OFF: f32 = 1e-5;
+/// Optical depth that the mapped airlight may lose of all blobs together.
+const TAILS: f64 = 1e-7;
+
+/// Triangles of a scene's meshes and heightfields.
+#[derive(Debug)]
+pub struct Triangles {
+    /// The triangles.
+    pub corners: Buffer,
+    /// Normals of the smooth ones.
+    pub normals: Buffer,
+    /// How many.
+    pub count: u32,
+}
+
+/// The newest triangles, by the geometry they come from.
+#[derive(Debug, Default)]
+pub struct Kept(Mutex<Vec<(Arc<Geometry>, Arc<Triangles>)>>);
+
+/// Geometries whose triangles stay on the device.
+const KEPT: usize = 2;
+
+impl Kept {
+    /// The triangles of a geometry.
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub fn get(
+        &self,
+        device: &Device,
+        geometry: &Arc<Geometry>,
+    ) -> Result<Arc<Triangles>, Failure> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, triangles)) = kept.iter().find(|(key, _)| Arc::ptr_eq(key, geometry)) {
+            return Ok(Arc::clone(triangles));
+        }
+        let triangles = Arc::new(Triangles::new(device, geometry)?);
+        kept.insert(0, (Arc::clone(geometry), Arc::clone(&triangles)));
+        kept.truncate(KEPT);
+        Ok(triangles)
+    }
+}
+
+impl Triangles {
+    fn new(device: &Device, geometry: &Geometry) -> Result<Self, Failure> {
+        let corners = geometry.triangles.iter().map(|triangle| {
+            let [a, b, c] = triangle.corners;
+            Triangle {
+                a: a.extend(layout::bits(triangle.surface)),
+                b: b.extend(layout::bits(triangle.smooth)),
+                c: c.extend(0.0),
+            }
+        });
+        let normals = geometry.smooth.iter().map(|normals| {
+            let [a, b, c] = normals.map(|normal| normal.extend(0.0));
+            Smooth { a, b, c }
+        });
+        let list = |bytes: Vec<u8>| device.filled(&bytes, BufferUsages::STORAGE);
+        Ok(Self {
+            corners: list(layout::list(corners.collect()))?,
+            normals: list(layout::list(normals.collect()))?,
+            count: geometry.triangles.len() as u32,
+        })
+    }
+}
+
+/// The lists of one frame.
+#[derive(Debug)]
+pub struct Lists {
+    /// Where triangles are relative to.
+    pub anchor: Buffer,
+    /// Planes, spheres and boxes.
+    pub shapes: Buffer,
+    /// How many.
+    pub shape_count: u32,
+    /// Lights.
+    pub lamps: Buffer,
+    /// Gaussians.
+    pub blobs: Buffer,
+    /// For the published airlight: what each light does to each of them.
+    pub lit: Buffer,
+    /// Materials, the background behind them.
+    pub materials: Buffer,
+    /// Abscissae and weights of Gauss–Legendre rules, one rule after the other.
+    pub rules: Buffer,
+    /// What a tile of the mapped airlight may miss.
+    pub tolerance: Buffer,
+}
+
+/// Nodes of the rules that shaders choose from.
+const RULES: [usize; 5] = [32, 64, 128, 256, 512];
+
+/// As for a picture whose numbers are wanted, on the CPU.
+const TOLERANCE: Tolerance =
+    Tolerance { whole: Vec4::new(0.4, 5e-3, 0.06, 5e-4), rule: Vec4::new(3e-4, 0.12, 0.02, 0.0) };
+
+impl Lists {
+    /// Of a frame.
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub fn new(device: &Device, context: &Context) -> Result<Self, Failure> {
+        let list = |bytes: Vec<u8>| device.filled(&bytes, BufferUsages::STORAGE);
+        let position = context.viewpoint.position;
+        let shift = (context.geometry.anchor - position).as_vec3();
+        let anchor = layout::one(&Anchor { shift: shift.extend(0.0) });
+        let shapes = shapes(context.geometry, position);
+        let lit: Vec<Vec4> = context.lit_blobs.iter().flat_map(|lit| lit.rows()).collect();
+        Ok(Self {
+            anchor: device.filled(&anchor, BufferUsages::UNIFORM)?,
+            shape_count: shapes.len() as u32,
+            shapes: list(layout::list(shapes))?,
+            lamps: list(layout::list(lamps(context)))?,
+            blobs: list(layout::list(blobs(context)))?,
+            lit: list(layout::list(lit))?,
+            materials: list(layout::list(materials(context)))?,
+            rules: list(layout::list(rules()))?,
+            tolerance: device.filled(&layout::one(&TOLERANCE), BufferUsages::UNIFORM)?,
+        })
+    }
+}
+
+/// Planes, spheres and boxes relative to the camera.
+fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
+    let shift = geometry.anchor - position;
+    let planes = geometry.planes.iter().map(|plane| {
+        let height = plane.normal.dot(plane.point + shift) as f32;
+        let first = plane.normal.as_vec3().extend(height);
+        Shape { first, second: Vec4::ZERO, kind: UVec4::new(0, plane.surface, 0, 0) }
+    });
+    let place = |local: Vec3| local.as_dvec3() + shift;
+    let solids = geometry.solids.iter().filter_map(|solid| match *solid {
+        Solid::Triangle(_) => None,
+        Solid::Sphere { center, radius, surface } => {
+            let center = place(center);
+            let power = center.length_squared() - f64::from(radius).powi(2);
+            Some(Shape {
+                first: center.as_vec3().extend(radius),
+                second: Vec3::ZERO.extend(power as f32),
+                kind: UVec4::new(1, surface, 0, 0),
+            })
+        }
+        Solid::Box { min, max, surface } => Some(Shape {
+            first: place(min).as_vec3().extend(0.0),
+            second: place(max).as_vec3().extend(0.0),
+            kind: UVec4::new(2, surface, 0, 0),
+        }),
+    });
+    planes.chain(solids).collect()
+}
+
+fn lamps(context: &Context) -> Vec<Lamp> {
+    let lamp = |(i, lamp): (usize, &crate::cpu::frame::Lamp)| {
+        let position = lamp.from_camera.as_vec3();
+        let seen = context.lit_blobs.get(i).map_or(1.0, |lit| lit.homogeneous_factor as f32);
+        Lamp {
+            position: position.extend(position.length()),
+            intensity: lamp.intensity.as_vec3().extend(seen),
+            scattered: lamp.scattered.as_vec3().extend(0.0),
+        }
+    };
+    context.lamps.iter().enumerate().map(lamp).collect()
+}
+
+fn blobs(context: &Context) -> Vec<Blob> {
+    let blobs = &context.field.blobs;
+    // All that are left out weigh less than a picture may lose; where fog is nothing but the tails of
+    // blobs, light is scattered by them.
+    let all = if context.method == Method::Mapped { TAILS } else { PICTURE_LOSS };
+    let loss = all / blobs.len().max(1) as f64;
+    let blob = |blob: &crate::media::gaussians::Gaussian| {
+        let place = (blob.center - context.viewpoint.position) * blob.a;
+        let weight = Vec4::new(blob.half_depth() as f32, blob.reach(loss) as f32, 0.0, 0.0);
+        Blob { place: place.as_vec3().extend(blob.a as f32), weight }
+    };
+    blobs.iter().map(blob).collect()
+}
+
+fn rules() -> Vec<Vec2> {
+    let rule = |size: usize| {
+        let (nodes, weights) = gauss_legendre(size);
+        nodes.into_iter().zip(weights).map(|(x, w)| Vec2::new(x as f32, w as f32))
+    };
+    RULES.into_iter().flat_map(rule).collect()
+}
+
+fn materials(context: &Context) -> Vec<Material> {
+    let all = context.materials.iter().chain([&context.background]);
+    let material = |m: &[f32; 10]| Material {
+        diffuse: Vec4::new(m[0], m[1], m[2], m[9]),
+        specular: Vec4::new(m[3], m[4], m[5], 0.0),
+        emission: Vec4::new(m[6], m[7], m[8], 0.0),
+    };
+    all.map(material).collect()
+}
+
+/// The camera and the picture, its pixels sampled at a place within them.
+pub fn view(context: &Context, sample: DVec2) -> View {
+    let viewpoint = &context.viewpoint;
+    let (right, up) = viewpoint.half_axes();
+    let (width, height) = (context.grid.width as f32, context.grid.height as f32);
+    let [r, g, b] = context.ambient;
+    let counts = [context.field.blobs.len(), context.lamps.len()].map(|count| count as u32);
+    View {
+        forward: viewpoint.forward.as_vec3().extend(context.far_m),
+        right: right.as_vec3().extend(sample.x as f32),
+        up: up.as_vec3().extend(sample.y as f32),
+        size: Vec4::new(width, height, width, height),
+        ambient: Vec4::new(r, g, b, context.field.homogeneous.beta as f32),
+        optics: Vec4::new(context.phase.g as f32, CUT_OFF, 0.0, 0.0),
+        counts: UVec4::new(u32::from(viewpoint.parallel), 1, counts[0], counts[1]),
+    }
+}

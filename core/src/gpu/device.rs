@@ -1,0 +1,313 @@
+//! One adapter's device: what it is, what it may take, whether it still lives, and how long anything
+//! waits for it.
+//!
+//! wgpu's own ways to fail are gathered here: a lost device drops errors silently and may panic in
+//! `poll`, an error without a scope would end the process, and the last handle of a queue waits for
+//! work that never ends. Whoever works with a device sees a [`Failure`] instead.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::task::{Context, Poll, Waker};
+use std::time::{Duration, Instant};
+
+/// Bytes that all buffers and textures of a device may take together: drivers promise more than
+/// there is.
+const MOST_BYTES: u64 = 2 << 30;
+/// Nothing waits longer for a device.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// A wait looks up this often.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// Why a device has no answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// There is no such adapter.
+    #[error("no {0} adapter")]
+    Absent(&'static str),
+    /// The device is gone.
+    #[error("the device was lost")]
+    Lost,
+    /// It did not answer in time.
+    #[error("the device did not answer within {} s", PATIENCE.as_secs())]
+    Silent,
+    /// What is asked for takes more memory than the device may have, or than it has.
+    #[error("the device has no {0} bytes left")]
+    Memory(u64),
+    /// It refused something that should be valid.
+    #[error("the device refused: {0}")]
+    Refused(String),
+    /// The caller asked to stop.
+    #[error("stopped")]
+    Interrupted,
+}
+
+/// Which adapters will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// A processor made for it.
+    Hardware,
+    /// That, else a driver in software.
+    Any,
+}
+
+/// An open device.
+#[derive(Debug)]
+pub struct Device {
+    /// Its adapter's name and driver.
+    pub info: wgpu::AdapterInfo,
+    /// Makes things.
+    pub handle: wgpu::Device,
+    /// Takes commands.
+    pub queue: wgpu::Queue,
+    lost: Arc<AtomicBool>,
+    refused: Arc<Mutex<Option<Failure>>>,
+    taken: Arc<AtomicU64>,
+}
+
+/// Bytes that count against a device as long as this lives.
+#[derive(Debug)]
+pub struct Share {
+    taken: Arc<AtomicU64>,
+    bytes: u64,
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        self.taken.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
+/// A buffer and its share of the memory.
+#[derive(Debug)]
+pub struct Buffer {
+    /// The buffer.
+    pub handle: wgpu::Buffer,
+    _share: Share,
+}
+
+/// A texture, looked at as a whole, and its share of the memory.
+#[derive(Debug)]
+pub struct Texture {
+    /// The texture.
+    pub handle: wgpu::Texture,
+    /// All of it.
+    pub view: wgpu::TextureView,
+    _share: Share,
+}
+
+/// The adapters of this machine, hardware first.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let descriptor = wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::VULKAN,
+        flags: wgpu::InstanceFlags::empty(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    };
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = now(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+impl Device {
+    /// Opens the best adapter.
+    ///
+    /// # Errors
+    /// Where there is none, or it cannot add up in floats.
+    pub fn open(wanted: Wanted) -> Result<Self, Failure> {
+        let adapter = adapters().into_iter().next();
+        let will_do = |adapter: &wgpu::Adapter| {
+            wanted == Wanted::Any || adapter.get_info().device_type != wgpu::DeviceType::Cpu
+        };
+        let name = if wanted == Wanted::Any { "Vulkan" } else { "hardware" };
+        Self::of(&adapter.filter(will_do).ok_or(Failure::Absent(name))?)
+    }
+
+    /// Opens an adapter.
+    ///
+    /// # Errors
+    /// Where it cannot add up in floats, or gives no device.
+    pub fn of(adapter: &wgpu::Adapter) -> Result<Self, Failure> {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: None,
+            // Thousands of blobs are added up in a target; clocks are welcome.
+            required_features: wgpu::Features::FLOAT32_BLENDABLE
+                | adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let opened = now(adapter.request_device(&descriptor));
+        let (handle, queue) = opened.map_err(|error| Failure::Refused(error.to_string()))?;
+        let lost = Arc::new(AtomicBool::new(false));
+        let refused = Arc::new(Mutex::new(None));
+        let (flag, slot) = (Arc::clone(&lost), Arc::clone(&refused));
+        handle.set_device_lost_callback(move |_, _| flag.store(true, Ordering::SeqCst));
+        handle.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let failure = match error {
+                wgpu::Error::OutOfMemory { .. } => Failure::Memory(0),
+                other => Failure::Refused(other.to_string()),
+            };
+            slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
+        }));
+        let info = adapter.get_info();
+        Ok(Self { info, handle, queue, lost, refused, taken: Arc::default() })
+    }
+
+    /// Whether it runs on a processor made for it.
+    pub fn is_hardware(&self) -> bool {
+        self.info.device_type != wgpu::DeviceType::Cpu
+    }
+
+    /// What went wrong since the last look.
+    ///
+    /// # Errors
+    /// The first failure.
+    pub fn look(&self) -> Result<(), Failure> {
+        if self.lost.load(Ordering::SeqCst) {
+            return Err(Failure::Lost);
+        }
+        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner).take();
+        refused.map_or(Ok(()), Err)
+    }
+
+    fn share(&self, bytes: u64) -> Result<Share, Failure> {
+        let before = self.taken.fetch_add(bytes, Ordering::Relaxed);
+        let share = Share { taken: Arc::clone(&self.taken), bytes };
+        if before + bytes > MOST_BYTES { Err(Failure::Memory(bytes)) } else { Ok(share) }
+    }
+
+    /// Bytes that its buffers and textures take.
+    pub fn bytes(&self) -> u64 {
+        self.taken.load(Ordering::Relaxed)
+    }
+
+    /// A buffer, counted before it is made.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub fn buffer(&self, size: u64, usage: wgpu::BufferUsages) -> Result<Buffer, Failure> {
+        let limits = self.handle.limits();
+        let is_storage = usage.contains(wgpu::BufferUsages::STORAGE);
+        if size > limits.max_buffer_size
+            || is_storage && size > limits.max_storage_buffer_binding_size
+        {
+            return Err(Failure::Memory(size));
+        }
+        let share = self.share(size)?;
+        let descriptor =
+            wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+        let buffer = Buffer { handle: self.handle.create_buffer(&descriptor), _share: share };
+        self.look().map(|()| buffer)
+    }
+
+    /// A buffer with content.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub fn filled(&self, bytes: &[u8], usage: wgpu::BufferUsages) -> Result<Buffer, Failure> {
+        let buffer = self.buffer(bytes.len() as u64, usage | wgpu::BufferUsages::COPY_DST)?;
+        self.queue.write_buffer(&buffer.handle, 0, bytes);
+        Ok(buffer)
+    }
+
+    /// A target that shaders read later on.
+    ///
+    /// # Errors
+    /// Where it is too large.
+    pub fn target(
+        &self,
+        width: u32,
+        height: u32,
+        format: wgpu::TextureFormat,
+    ) -> Result<Texture, Failure> {
+        let most = self.handle.limits().max_texture_dimension_2d;
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+        let bytes = u64::from(width) * u64::from(height) * texel;
+        if width > most || height > most {
+            return Err(Failure::Memory(bytes));
+        }
+        let share = self.share(bytes)?;
+        let handle = self.handle.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = handle.create_view(&wgpu::TextureViewDescriptor::default());
+        self.look().map(|()| Texture { handle, view, _share: share })
+    }
+
+    /// Submits commands, and waits until `staging` can be read.
+    ///
+    /// # Errors
+    /// Where the device is lost, refuses, or stays silent.
+    pub fn fetch(
+        &self,
+        commands: wgpu::CommandBuffer,
+        staging: &wgpu::Buffer,
+    ) -> Result<wgpu::BufferView, Failure> {
+        let submission = self.queue.submit([commands]);
+        self.look()?;
+        let (sender, mapped) = mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, .., move |result| {
+            // Nobody listens any more after a timeout.
+            let _ = sender.send(result);
+        });
+        let end = Instant::now() + PATIENCE;
+        loop {
+            self.poll(&submission)?;
+            match mapped.try_recv() {
+                Ok(Ok(())) => break,
+                Ok(Err(_)) => return Err(Failure::Lost),
+                Err(_) if Instant::now() > end => return Err(Failure::Silent),
+                Err(_) => {}
+            }
+        }
+        self.look()?;
+        staging.get_mapped_range(..).map_err(|_| Failure::Lost)
+    }
+
+    /// Waits a moment for a submission.
+    fn poll(&self, submission: &wgpu::SubmissionIndex) -> Result<(), Failure> {
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission.clone()),
+            timeout: Some(GLANCE),
+        };
+        // A device that is lost during the wait panics there.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.handle.poll(wait)));
+        match polled {
+            Ok(Ok(_) | Err(wgpu::PollError::Timeout)) => self.look(),
+            Ok(Err(_)) | Err(_) => Err(Failure::Lost),
+        }
+    }
+
+    /// Leaves a device that does not answer: its queue must not be waited for.
+    pub fn abandon(self) {
+        std::mem::forget(self.queue);
+    }
+}
+
+/// wgpu's futures are ready at once on native targets.
+fn now<F: Future>(future: F) -> F::Output {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
+            return value;
+        }
+        std::thread::yield_now();
+    }
+}

@@ -1,0 +1,119 @@
+//! What the shaders read, as they read it: structs of rows of four numbers, places relative to the
+//! camera. `shaders/` documents each field; a test holds the two against each other.
+
+use encase::ShaderType;
+use encase::internal::WriteInto;
+use encase::{StorageBuffer, UniformBuffer};
+use glam::{UVec4, Vec4};
+
+/// A struct of rows, its twin in WGSL, and the names of its fields.
+macro_rules! rows {
+    ($($(#[$doc:meta])* $name:ident in $module:literal { $($field:ident: $row:ty),* })*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+            pub struct $name { $(pub $field: $row),* }
+        )*
+
+        /// Name, module or pass of its twin, names and offsets of its fields, size.
+        #[cfg(test)]
+        fn structs() -> Vec<(&'static str, &'static str, Vec<(&'static str, u64)>, u64)> {
+            vec![$((
+                stringify!($name),
+                $module,
+                [$(stringify!($field)),*]
+                    .into_iter()
+                    .zip($name::METADATA.extra.offsets)
+                    .collect(),
+                $name::min_size().get(),
+            )),*]
+        }
+    };
+}
+
+rows! {
+    /// The camera, the picture and the fog's own numbers.
+    View in "fogbank::view" {
+        forward: Vec4, right: Vec4, up: Vec4, size: Vec4, ambient: Vec4, optics: Vec4, counts: UVec4
+    }
+    /// A part of a list that one dispatch works on.
+    Span in "fogbank::view" { range: UVec4 }
+    /// A point light.
+    Lamp in "fogbank::lamp" { position: Vec4, intensity: Vec4, scattered: Vec4 }
+    /// A Gaussian.
+    Blob in "fogbank::media::gaussians" { place: Vec4, weight: Vec4 }
+    /// What a surface is made of.
+    Material in "fogbank::surface::attenuated" { diffuse: Vec4, specular: Vec4, emission: Vec4 }
+    /// A triangle, relative to the anchor.
+    Triangle in "triangles" { a: Vec4, b: Vec4, c: Vec4 }
+    /// Normals at a triangle's corners.
+    Smooth in "triangles" { a: Vec4, b: Vec4, c: Vec4 }
+    /// Where triangles are relative to.
+    Anchor in "triangles" { shift: Vec4 }
+    /// What a tile of the mapped airlight may miss.
+    Tolerance in "fogbank::mapped::patch" { whole: Vec4, rule: Vec4 }
+    /// A plane, a sphere or a box.
+    Shape in "shapes" { first: Vec4, second: Vec4, kind: UVec4 }
+}
+
+/// A list as a shader's `array` reads it; one empty element stands for none.
+pub fn list<T: ShaderType + Default + Clone>(values: Vec<T>) -> Vec<u8>
+where
+    Vec<T>: ShaderType + WriteInto,
+{
+    let values = if values.is_empty() { vec![T::default()] } else { values };
+    let mut bytes = StorageBuffer::new(Vec::new());
+    // Only a fixed-size target can be too small.
+    let _ = bytes.write(&values);
+    bytes.into_inner()
+}
+
+/// A struct as a `uniform` reads it.
+pub fn one<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
+    let mut bytes = UniformBuffer::new(Vec::new());
+    let _ = bytes.write(value);
+    bytes.into_inner()
+}
+
+/// A whole number's bits in a row of floats.
+pub fn bits(value: u32) -> f32 {
+    f32::from_bits(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::structs;
+    use crate::gpu::compose::{compositions, module};
+    use naga_oil::compose::Composer;
+    use wgpu::naga::{Module, TypeInner};
+
+    /// Name and offset of every member, and the size, of a struct of a module.
+    fn layout(module: &Module, name: &str) -> Option<(Vec<(String, u64)>, u64)> {
+        module.types.iter().find_map(|(_, ty)| match &ty.inner {
+            TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => {
+                let member = |m: &wgpu::naga::StructMember| {
+                    (m.name.clone().unwrap_or_default(), u64::from(m.offset))
+                };
+                Some((members.iter().map(member).collect(), u64::from(*span)))
+            }
+            _ => None,
+        })
+    }
+
+    /// A buffer written on one side and read on the other means the same on both.
+    #[test]
+    fn structs_lie_in_memory_as_the_shaders_read_them() {
+        let modules: Vec<_> =
+            compositions().iter().map(|key| (key.pass, module(key).unwrap())).collect();
+        for (name, place, fields, size) in structs() {
+            let decorated = Composer::decorated_name(Some(place), name);
+            let found = modules.iter().find_map(|(pass, module)| {
+                let own = pass.stem() == place;
+                layout(module, if own { name } else { &decorated })
+            });
+            let (members, span) = found.unwrap_or_else(|| panic!("{place} reads no {name}"));
+            let fields: Vec<_> = fields.into_iter().map(|(f, at)| (f.to_owned(), at)).collect();
+            assert_eq!((members, span), (fields, size), "{name} of {place}");
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The shaders against the CPU's text of the same maths, on whatever Vulkan adapter there is: in CI a
+//! driver in software.
+
+use super::{BlobPass, Gpu, Wanted};
+use crate::airlight::Estimator;
+use crate::cpu::Cpu;
+use crate::image::{display, flip};
+use crate::presets;
+use crate::renderer::{Frame, Progress, Renderer};
+use crate::request::{Layer, Quality, Tonemap, View};
+use crate::scene::{Airlight, CheckedScene, Scene, read};
+use std::sync::atomic::Ordering;
+
+fn gpu(blob_pass: BlobPass) -> Gpu {
+    Gpu::open(Wanted::Any).expect("a Vulkan adapter, be it lavapipe").with_blob_pass(blob_pass)
+}
+
+fn view(layer: Layer, airlight: Airlight) -> View {
+    View {
+        width: 160,
+        height: 120,
+        quality: Quality::Full,
+        layer,
+        samples: Some(1),
+        exposure_ev: 0.0,
+        tonemap: Tonemap::Agx,
+        for_screen: false,
+        estimator: Some(Estimator::Scene(airlight)),
+    }
+}
+
+fn both(gpu: &Gpu, scene: &CheckedScene, view: &View) -> [Frame; 2] {
+    let cpu = Cpu::default();
+    let shown = gpu.render(&cpu.cache, scene, view, &Progress::default());
+    let shown = shown.expect("a frame").expect("a pass for it");
+    [shown, cpu.render(scene, view, &Progress::default()).expect("not interrupted")]
+}
+
+/// Values that differ by more than a share of themselves, or of a hundredth of the largest.
+fn differing(frames: &[Frame; 2], share: f32) -> usize {
+    let [a, b] = frames.each_ref().map(|frame| &frame.pixels);
+    let largest = b.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    let differs = |(a, b): &(&f32, &f32)| {
+        let off = (*a - *b).abs() / b.abs().max(0.01 * largest);
+        off.is_nan() || off > share
+    };
+    a.iter().zip(b).filter(differs).count()
+}
+
+fn check(blob_pass: BlobPass, layer: Layer, airlight: Airlight, share: f32) {
+    let gpu = gpu(blob_pass);
+    for preset in presets::all() {
+        let scene = preset.scene.check().expect("a preset");
+        let view = view(layer, airlight);
+        let frames = both(&gpu, &scene, &view);
+        assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
+        let off = differing(&frames, share);
+        let all = frames[1].pixels.len();
+        // A ray that grazes an edge may see either side of it.
+        assert!(500 * off <= all, "{} {layer:?}: {off} of {all} differ", preset.name);
+    }
+}
+
+#[test]
+fn first_hits_are_the_cpus() {
+    check(BlobPass::Quads, Layer::Depth, Airlight::None, 1e-4);
+    check(BlobPass::Quads, Layer::Normal, Airlight::None, 1e-3);
+}
+
+#[test]
+fn optical_depths_are_the_cpus() {
+    check(BlobPass::Quads, Layer::OpticalDepth, Airlight::None, 1e-3);
+    check(BlobPass::Tiles, Layer::OpticalDepth, Airlight::None, 1e-3);
+}
+
+#[test]
+fn surfaces_are_the_cpus() {
+    check(BlobPass::Quads, Layer::Surface, Airlight::None, 1e-3);
+}
+
+/// Both place their nodes each for itself. In the terrain the CPU looks far lights up in tables,
+/// which are off by up to 2 %; the shaders sum blobs up.
+#[test]
+fn the_mapped_airlight_is_the_cpus() {
+    let gpu = gpu(BlobPass::Quads).with_mapped();
+    for (name, share) in [("steaming-vessel", 5e-3), ("terrain-292", 0.03)] {
+        let preset = presets::all().into_iter().find(|preset| preset.name == name);
+        let scene = preset.expect("a preset").scene.check().expect("a valid preset");
+        let view = View { width: 96, height: 72, ..view(Layer::Airlight, Airlight::Auto) };
+        let frames = both(&gpu, &scene, &view);
+        let off = differing(&frames, share);
+        assert!(100 * off <= frames[1].pixels.len(), "{name}: {off}");
+    }
+}
+
+/// Blobs are added up in another order, and edges are sampled at every pixel instead of where the
+/// CPU finds them: the eye sees no difference.
+#[test]
+fn pictures_look_like_the_cpus() {
+    let gpu = gpu(BlobPass::Quads);
+    for preset in presets::all() {
+        let scene = preset.scene.check().expect("a preset");
+        let view = view(Layer::Beauty, Airlight::Fogshop2007);
+        let view = View { samples: Some(4), for_screen: true, ..view };
+        let [a, b] = both(&gpu, &scene, &view).map(|frame| display::bytes(&frame, &view));
+        let mean = flip::mean(&b, &a, view.width as usize, &Progress::default());
+        let mean = mean.expect("not interrupted");
+        assert!(mean < 0.01, "{}: {mean}", preset.name);
+    }
+}
+
+/// Whatever a driver does to a device, the next frame is there, and memory comes back.
+#[test]
+fn a_lost_device_is_replaced_and_then_given_up() {
+    let scene = presets::all().remove(2).scene.check().expect("a preset");
+    let view = view(Layer::OpticalDepth, Airlight::None);
+    let renderer = Renderer::on(gpu(BlobPass::Quads), Wanted::Any);
+    let frame = || renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
+    let first = frame();
+    assert_eq!(first.backend, "gpu");
+    for _ in 0..3 {
+        renderer.with_gpu(Gpu::destroy);
+        let next = frame();
+        assert_eq!((next.backend, &next.pixels), ("gpu", &first.pixels));
+    }
+    assert_eq!(renderer.backend(), "gpu");
+    renderer.with_gpu(Gpu::destroy);
+    assert_eq!(frame().backend, "cpu");
+    assert_eq!(renderer.backend(), "cpu");
+    assert!(renderer.fallback().load(Ordering::Relaxed));
+}
+
+/// Frames leave nothing on the device but what is kept on purpose.
+#[test]
+fn memory_is_flat() {
+    let gpu = gpu(BlobPass::Quads);
+    let scene = presets::all().remove(2).scene.check().expect("a preset");
+    let view = view(Layer::Beauty, Airlight::Fogshop2007);
+    let cpu = Cpu::default();
+    let frame = || {
+        gpu.render(&cpu.cache, &scene, &view, &Progress::default()).expect("a frame");
+        gpu.bytes()
+    };
+    let after_one = frame();
+    assert!((0..20).all(|_| frame() == after_one));
+}
+
+/// What does not fit is refused before it is made, and the CPU takes it.
+#[test]
+fn a_picture_too_large_for_the_device_is_the_cpus() {
+    let renderer = Renderer::on(gpu(BlobPass::Quads), Wanted::Any);
+    let scene = read::<Scene>(b"{}").expect("a scene").check().expect("a valid scene");
+    let view = View { width: 1 << 17, height: 1, ..view(Layer::Depth, Airlight::None) };
+    let frame = renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
+    assert_eq!((frame.backend, renderer.backend()), ("cpu", "gpu"));
+}
+
+#[test]
+fn published_airlight_is_the_cpus() {
+    check(BlobPass::Quads, Layer::Airlight, Airlight::Fogshop2007, 1e-3);
+    check(BlobPass::Tiles, Layer::Beauty, Airlight::Fogshop2007, 1e-3);
+}

@@ -1,0 +1,220 @@
+//! What each backend makes of a few small scenes, against the same maths in f64, ray by ray.
+
+use crate::cpu::Cpu;
+use crate::cpu::frame::CENTER;
+use crate::cpu::viewpoint::Viewpoint;
+use crate::gpu::Gpu;
+use crate::renderer::{Frame, Interrupted, Progress};
+use crate::request::{Layer, ProbeRay, Quality, Tonemap, View};
+use crate::scene::{CheckedScene, read};
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::time::Instant;
+
+const WIDTH: u32 = 48;
+const HEIGHT: u32 = 36;
+/// Next to black, a value counts as this share of the largest.
+const FLOOR: f64 = 0.01;
+/// Pixels that may see another surface than the exact ray does, where it grazes an edge.
+const GRAZING: f64 = 0.005;
+
+/// How far one backend is from the f64 maths.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct BackendReport {
+    /// `cpu` or `gpu`.
+    pub backend: &'static str,
+    /// What it runs on.
+    pub device: String,
+    /// Its pictures, model by model.
+    pub models: Vec<ModelReport>,
+}
+
+/// How far pictures by one model are from the f64 maths.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ModelReport {
+    /// The medium, airlight or surface model.
+    pub model: &'static str,
+    /// The layer that shows it.
+    pub layer: Layer,
+    /// Largest difference, relative to the value or, next to black, to a hundredth of the picture's
+    /// largest; without the half per cent of pixels that differ most, whose rays graze edges.
+    pub largest_difference: f64,
+    /// What the picture took [ms].
+    pub ms: f64,
+}
+
+/// A model, the layer that shows it, and a fog that needs it.
+struct Trial {
+    model: &'static str,
+    layer: Layer,
+    fog: &'static str,
+}
+
+const TRIALS: [Trial; 6] = [
+    Trial {
+        model: "homogeneous",
+        layer: Layer::OpticalDepth,
+        fog: r#"{"terms": [{"kind": "homogeneous", "extinction": 0.05}]}"#,
+    },
+    Trial { model: "gaussians", layer: Layer::OpticalDepth, fog: MIXED },
+    Trial {
+        model: "sun2005",
+        layer: Layer::Airlight,
+        fog: r#"{"airlight": "sun2005", "terms": [{"kind": "homogeneous", "extinction": 0.05}]}"#,
+    },
+    Trial { model: "fogshop2007", layer: Layer::Airlight, fog: PUBLISHED },
+    Trial { model: "auto", layer: Layer::Airlight, fog: MIXED },
+    Trial { model: "attenuated", layer: Layer::Surface, fog: MIXED },
+];
+
+const MIXED: &str = r#"{"terms": [{"kind": "homogeneous", "extinction": 0.02},
+    {"kind": "gaussians", "blobs": [
+        {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9},
+        {"center": [0, 0.2, 3], "radius": 2, "extinction": 0.1}]}]}"#;
+
+const PUBLISHED: &str = r#"{"airlight": "fogshop2007", "terms": [
+    {"kind": "homogeneous", "extinction": 0.02},
+    {"kind": "gaussians", "blobs": [
+        {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]}"#;
+
+/// Everything but its fog.
+const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
+    "surfaces": [
+        {"shape": {"kind": "plane"}},
+        {"shape": {"kind": "sphere", "center": [1.2, 0.8, 0], "radius": 0.8},
+         "material": {"diffuse": [0.7, 0.3, 0.2], "specular": [0.4, 0.4, 0.4], "shininess": 60}},
+        {"shape": {"kind": "box", "min": [-3, 0, -3], "max": [-2, 2, -2]}},
+        {"shape": {"kind": "mesh", "positions": [[-1, 0, 1], [0, 0, 2], [-1, 1, 2]],
+                   "indices": [[0, 1, 2]]}}],
+    "lights": [{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
+               {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}],
+    "far_m": 60"#;
+
+impl Trial {
+    fn scene(&self) -> Option<CheckedScene> {
+        let text = format!(r#"{{{STAGE}, "fog": {}}}"#, self.fog);
+        read::<crate::scene::Scene>(text.as_bytes()).ok()?.check().ok()
+    }
+
+    fn view(&self) -> View {
+        View {
+            width: WIDTH,
+            height: HEIGHT,
+            quality: Quality::Full,
+            layer: self.layer,
+            samples: Some(1),
+            exposure_ev: 0.0,
+            tonemap: Tonemap::Agx,
+            for_screen: false,
+            estimator: None,
+        }
+    }
+
+    /// What a backend's picture differs by; `None` if the backend leaves the model to another one.
+    fn run(
+        &self,
+        cpu: &Cpu,
+        progress: &Progress,
+        render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
+    ) -> Result<Option<ModelReport>, Interrupted> {
+        let Some(scene) = self.scene() else { return Ok(None) };
+        let view = self.view();
+        // The first picture builds what is kept, pipelines among it.
+        if render(&scene, &view)?.is_none() {
+            return Ok(None);
+        }
+        let begun = Instant::now();
+        let Some(frame) = render(&scene, &view)? else { return Ok(None) };
+        let ms = begun.elapsed().as_secs_f64() * 1e3;
+        let largest_difference =
+            self.difference(&frame, &exact(cpu, &scene, self.layer, progress)?);
+        Ok(Some(ModelReport { model: self.model, layer: self.layer, largest_difference, ms }))
+    }
+
+    fn difference(&self, frame: &Frame, exact: &[f64]) -> f64 {
+        let largest = exact.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        let difference = |(a, b): (&f32, &f64)| {
+            (f64::from(*a) - b).abs() / b.abs().max(FLOOR * largest).max(f64::MIN_POSITIVE)
+        };
+        let mut all: Vec<_> = frame.pixels.iter().zip(exact).map(difference).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        let kept = (all.len() as f64 * (1.0 - GRAZING)) as usize;
+        all.get(kept.saturating_sub(1)).copied().unwrap_or(0.0)
+    }
+}
+
+/// The layer's values in f64, along the pixels' rays.
+fn exact(
+    cpu: &Cpu,
+    scene: &CheckedScene,
+    layer: Layer,
+    progress: &Progress,
+) -> Result<Vec<f64>, Interrupted> {
+    let viewpoint = Viewpoint::new(&scene.camera, WIDTH as usize, HEIGHT as usize);
+    let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
+    let rays: Vec<_> = pixels
+        .map(|(x, y)| {
+            let place = DVec2::new(f64::from(x), f64::from(y)) + CENTER;
+            let (offset, direction) = viewpoint.ray(place);
+            ProbeRay { origin: viewpoint.position + offset, direction, max_distance_m: None }
+        })
+        .collect();
+    let answers = cpu.probe(scene, &rays, progress)?;
+    let value = |answer: &crate::probe::RayAnswer| match layer {
+        Layer::OpticalDepth => vec![answer.optical_depth],
+        Layer::Airlight => answer.airlight.0.to_vec(),
+        _ => answer.hit.as_ref().map_or([0.0; 3], |hit| hit.surface_radiance.0).to_vec(),
+    };
+    Ok(answers.iter().flat_map(value).collect())
+}
+
+/// The CPU's report.
+pub(crate) fn of_cpu(cpu: &Cpu, progress: &Progress) -> Result<BackendReport, Interrupted> {
+    let render = |scene: &CheckedScene, view: &View| cpu.render(scene, view, progress).map(Some);
+    let models = models(cpu, progress, render)?;
+    let level = fearless_simd::Level::new();
+    Ok(BackendReport { backend: "cpu", device: format!("SIMD {level:?}"), models })
+}
+
+/// A device's report.
+pub(crate) fn of_gpu(
+    gpu: &Gpu,
+    cpu: &Cpu,
+    progress: &Progress,
+) -> Result<BackendReport, Interrupted> {
+    let render = |scene: &CheckedScene, view: &View| {
+        // A device that fails has no models to show.
+        Ok(gpu.render(&cpu.cache, scene, view, progress).unwrap_or_default())
+    };
+    let models = models(cpu, progress, render)?;
+    Ok(BackendReport { backend: "gpu", device: gpu.name().to_owned(), models })
+}
+
+fn models(
+    cpu: &Cpu,
+    progress: &Progress,
+    render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted> + Copy,
+) -> Result<Vec<ModelReport>, Interrupted> {
+    let reports = TRIALS.iter().filter_map(|trial| trial.run(cpu, progress, render).transpose());
+    reports.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TRIALS, of_cpu};
+    use crate::cpu::Cpu;
+    use crate::renderer::Progress;
+
+    /// Every model is tried, and the CPU's lanes are f32: 1e-4 in T, 1e-3 in radiance.
+    #[test]
+    fn lanes_are_close_to_f64() {
+        let report = of_cpu(&Cpu::default(), &Progress::default()).unwrap();
+        assert_eq!(report.models.len(), TRIALS.len());
+        for model in report.models {
+            assert!(model.largest_difference < 1e-3, "{model:?}");
+        }
+    }
+}

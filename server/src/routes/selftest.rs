@@ -1,0 +1,32 @@
+//! `POST /v1/selftest`: what each backend makes of small scenes, against the f64 maths.
+
+use crate::answer;
+use crate::app::App;
+use crate::openapi::Operation;
+use crate::problem::Problem;
+use axum::extract::State;
+use axum::response::Response;
+use fogbank_core::selftest::BackendReport;
+use fogbank_core::{Progress, Renderer};
+use schemars::{JsonSchema, SchemaGenerator};
+use serde::Serialize;
+
+/// Every backend that this process renders on.
+#[derive(Serialize, JsonSchema)]
+pub struct Selftest {
+    /// The backends.
+    pub backends: Vec<BackendReport>,
+}
+
+/// Compares them with the f64 maths.
+pub async fn selftest(State(app): State<App>) -> Result<Response, Problem> {
+    let test = |renderer: &Renderer, progress: &Progress| renderer.selftest(progress);
+    let done = app.queue.run(app.deadline(false), test).await?;
+    Ok(answer::json(&Selftest { backends: done.value }))
+}
+
+/// Its documentation.
+pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
+    let summary = "Each backend's largest difference from the f64 maths, model by model.";
+    Operation::post_without_body(summary).json::<Selftest>(schemas)
+}

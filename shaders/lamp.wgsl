@@ -1,0 +1,37 @@
+// A point light, and where it stands relative to a ray.
+//
+// Twins: Lamp in core/src/cpu/frame.rs, ToLight in core/src/airlight/mod.rs.
+
+#define_import_path fogbank::lamp
+
+/// A light as the passes need it.
+struct Lamp {
+    /// xyz: where it is, from the camera [m]. w: its distance from the camera [m].
+    position: vec4<f32>,
+    /// rgb: radiant intensity [W/sr]. w: share of its light that reaches the eye through the blobs,
+    /// C_sv (Fogshop 2007, eq. 16); 1 for sun2005.
+    intensity: vec4<f32>,
+    /// rgb: intensity times the fog's albedo [W/sr]. w: unused.
+    scattered: vec4<f32>,
+}
+
+/// Where a light stands relative to a ray.
+struct ToLight {
+    /// Ray parameter of the point closest to the light [m].
+    closest: f32,
+    /// Distance of the light from the ray's line [m], floored.
+    miss: f32,
+}
+
+/// A light's nearest distance to a ray counts as at least this share of the scene's own distances:
+/// what rounding leaves of it. A ray through a light thereby has a finite answer.
+const MISS_FLOOR: f32 = 1e-6;
+/// The same for a ray without length that starts in a light [m].
+const LEAST_MISS: f32 = 1e-15;
+
+/// From the light's place relative to the ray's origin, the unit direction and the length.
+fn to_light(light: vec3<f32>, direction: vec3<f32>, length_m: f32) -> ToLight {
+    let floor = max(max(length(light), length_m) * MISS_FLOOR, LEAST_MISS);
+    // A difference of squares would lose a small distance.
+    return ToLight(dot(light, direction), max(length(cross(light, direction)), floor));
+}

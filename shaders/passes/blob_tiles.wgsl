@@ -1,0 +1,97 @@
+// The same as blob_quads.wgsl in a compute shader: a workgroup takes a tile, finds the blobs that
+// matter to it, and sums them up along its rays. Adds to the buffer.
+//
+// Twins: core/src/cpu/kernels.rs, blobs_on_view in core/src/cpu/fog.rs.
+
+#import fogbank::view
+#import fogbank::bundle
+#import fogbank::tile
+#import fogbank::media::gaussians
+#ifdef AIRLIGHT_FOGSHOP2007
+#import fogbank::num
+#import fogbank::lamp
+#import fogbank::airlight::fogshop2007
+#endif
+
+@group(0) @binding(0) var<uniform> frame: view::View;
+@group(0) @binding(1) var hits: texture_2d<f32>;
+@group(0) @binding(2) var<storage, read> blobs: array<gaussians::Blob>;
+/// rgb: airlight [W/(m² sr)]. w: optical depth. Row by row.
+@group(0) @binding(3) var<storage, read_write> fogged: array<vec4<f32>>;
+/// The blobs of this dispatch.
+@group(0) @binding(4) var<uniform> part: view::Span;
+#ifdef AIRLIGHT_FOGSHOP2007
+@group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
+/// For every lamp and blob, lamps outside: a · (centre − light), and the exponent of f¹.
+@group(0) @binding(6) var<storage, read> lit: array<vec4<f32>>;
+#endif
+
+@compute @workgroup_size(16, 16)
+fn add(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) place: u32,
+) {
+    let pixel = group.xy * tile::SIDE + local.xy;
+    let ray = view::ray_of(frame, pixel);
+    var length_m = 0.0;
+    if view::is_inside(frame, pixel) {
+        length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
+    }
+    let longest = tile::largest(place, vec4<f32>(length_m)).x;
+    let seen_by_tile = bundle_of(group.xy, longest);
+
+    var sum = vec4<f32>(0.0);
+    for (var first = part.range.x; first < part.range.y; first += tile::CHUNK) {
+        cull(first, place, seen_by_tile);
+        for (var word = 0u; word < tile::words(part.range.y - first); word++) {
+            var bits = tile::kept(word);
+            while bits != 0u {
+                let blob = first + word * 32u + firstTrailingBit(bits);
+                bits &= bits - 1u;
+                sum += along(blob, ray, length_m);
+            }
+        }
+    }
+    if view::is_inside(frame, pixel) {
+        fogged[view::index_of(frame, pixel)] += sum;
+    }
+}
+
+fn bundle_of(tile_place: vec2<u32>, longest: f32) -> bundle::Bundle {
+    let first = tile_place * tile::SIDE;
+    let low = view::sample_of(frame, first);
+    let high = view::sample_of(frame, first + tile::SIDE - 1u);
+    return bundle::of_view(frame, low, high, longest);
+}
+
+/// Marks the blobs of a chunk that some ray of the tile meets.
+fn cull(first: u32, place: u32, rays: bundle::Bundle) {
+    tile::clear(place);
+    for (var at = place; at < tile::CHUNK && first + at < part.range.y; at += tile::SIZE) {
+        let blob = blobs[first + at];
+        if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.weight.y {
+            tile::keep(at);
+        }
+    }
+    workgroupBarrier();
+}
+
+/// Airlight and optical depth of one blob along one ray.
+fn along(place: u32, ray: view::Ray, length_m: f32) -> vec4<f32> {
+    let seen = gaussians::seen_from(blobs[place], ray.offset);
+#ifdef AIRLIGHT_FOGSHOP2007
+    let crossing = fogshop2007::crossing(seen, ray.direction, length_m);
+    var airlight = vec3<f32>(0.0);
+    for (var i = 0u; i < frame.counts.w; i++) {
+        let light = lamps[i];
+        let side = lit[i * frame.counts.z + place];
+        let floor_m = fogshop2007::floor_of(light, length_m);
+        airlight += fogshop2007::scattered(crossing, seen, side, floor_m) * light.scattered.rgb;
+    }
+    return vec4<f32>(airlight / (4.0 * num::PI), crossing.depth);
+#else
+    let depth = gaussians::optical_depth(seen, ray.direction, length_m);
+    return vec4<f32>(0.0, 0.0, 0.0, depth);
+#endif
+}

@@ -1,0 +1,38 @@
+// Optical depth of the homogeneous fog along every view ray, and with AIRLIGHT_SUN2005 the airlight
+// of the lamps in it; both are added to what stands in the target.
+//
+// Twin: along and add_homogeneous in core/src/cpu/fog.rs.
+
+#import fogbank::view
+#import fogbank::lamp
+#import fogbank::media::homogeneous
+#import fogbank::airlight::sun2005
+
+@group(0) @binding(0) var<uniform> frame: view::View;
+@group(0) @binding(1) var hits: texture_2d<f32>;
+#ifdef AIRLIGHT_SUN2005
+@group(0) @binding(2) var<storage, read> lamps: array<lamp::Lamp>;
+#endif
+
+@vertex
+fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return view::covering_corner(index);
+}
+
+@fragment
+fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = vec2<u32>(at.xy);
+    let length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
+    let beta = frame.ambient.w;
+    var airlight = vec3<f32>(0.0);
+#ifdef AIRLIGHT_SUN2005
+    let ray = view::ray_of(frame, pixel);
+    for (var i = 0u; i < frame.counts.w; i++) {
+        let light = lamps[i];
+        let toward = light.position.xyz - ray.offset;
+        let value = sun2005::airlight(beta, toward, ray.direction, length_m);
+        airlight += value * light.intensity.w * light.scattered.rgb;
+    }
+#endif
+    return vec4<f32>(airlight, homogeneous::optical_depth(beta, length_m));
+}

@@ -1,0 +1,95 @@
+// Optical depth T(s, p) between one lamp and what every pixel sees of a surface. A workgroup takes
+// a tile, bounds its surface points by a ball, and finds the blobs between the lamp and that.
+//
+// Twin: light_depth and blobs_between in core/src/cpu/shade.rs.
+
+#import fogbank::view
+#import fogbank::bundle
+#import fogbank::lamp
+#import fogbank::tile
+#import fogbank::media::gaussians
+
+@group(0) @binding(0) var<uniform> frame: view::View;
+@group(0) @binding(1) var hits: texture_2d<f32>;
+@group(0) @binding(2) var<storage, read> blobs: array<gaussians::Blob>;
+/// For every lamp of a pass, the optical depth of every pixel; lamps outside.
+@group(0) @binding(3) var<storage, read_write> depths: array<f32>;
+/// z: the lamp of this dispatch. w: its place among those of the pass. xy: the blobs of this
+/// dispatch; those from 0 on go with what is not blobs.
+@group(0) @binding(4) var<uniform> part: view::Span;
+@group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
+@group(0) @binding(6) var surfaces: texture_2d<u32>;
+
+@compute @workgroup_size(16, 16)
+fn measure(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) place: u32,
+) {
+    let pixel = group.xy * tile::SIDE + local.xy;
+    let light = lamps[part.range.z].position.xyz;
+    let full = view::pixel_of(frame, pixel);
+    let sees = view::is_inside(frame, pixel) && textureLoad(surfaces, full, 0).x != view::NOTHING;
+    let point = point_of(pixel, full);
+    let way = gaussians::way_between(light, point);
+    let between = bundle_to(place, point - light, sees, light);
+
+    var depth = 0.0;
+    for (var first = part.range.x; first < part.range.y; first += tile::CHUNK) {
+        cull(first, place, between);
+        for (var word = 0u; word < tile::words(part.range.y - first); word++) {
+            var bits = tile::kept(word);
+            while bits != 0u {
+                let blob = first + word * 32u + firstTrailingBit(bits);
+                bits &= bits - 1u;
+                depth += gaussians::depth_on(way, blobs[blob]);
+            }
+        }
+    }
+    if view::is_inside(frame, pixel) {
+        store(pixel, depth, way.length_m);
+    }
+}
+
+/// Where the pixel's ray ends, from the camera.
+fn point_of(pixel: vec2<u32>, full: vec2<u32>) -> vec3<f32> {
+    let ray = view::ray_of(frame, pixel);
+    return ray.offset + textureLoad(hits, full, 0).w * ray.direction;
+}
+
+/// Bounds the segments from the lamp to the tile's surface points, given relative to it.
+fn bundle_to(place: u32, way: vec3<f32>, sees: bool, light: vec3<f32>) -> bundle::Bundle {
+    let no_point = vec3<f32>(-3e38);
+    let high = tile::largest(place, vec4<f32>(select(no_point, way, sees), 0.0)).xyz;
+    let low = -tile::largest(place, vec4<f32>(select(no_point, -way, sees), 0.0)).xyz;
+    if high.x < low.x {
+        // No surface at all: nothing is near a ball without size far away.
+        return bundle::all_around(vec3<f32>(3e18), 0.0);
+    }
+    let middle = 0.5 * (low + high);
+    let aside = select(0.0, distance(way, middle), sees);
+    let radius = 1.000001 * tile::largest(place, vec4<f32>(aside)).x;
+    return bundle::toward_ball(light, light + middle, radius);
+}
+
+/// Marks the blobs of a chunk that lie between the lamp and the tile's surface points.
+fn cull(first: u32, place: u32, between: bundle::Bundle) {
+    tile::clear(place);
+    for (var at = place; at < tile::CHUNK && first + at < part.range.y; at += tile::SIZE) {
+        let blob = blobs[first + at];
+        if bundle::distance_to(between, gaussians::center_of(blob)) < blob.weight.y {
+            tile::keep(at);
+        }
+    }
+    workgroupBarrier();
+}
+
+fn store(pixel: vec2<u32>, depth: f32, length_m: f32) {
+    let pixels = u32(frame.size.z) * u32(frame.size.w);
+    let at = part.range.w * pixels + view::index_of(frame, pixel);
+    if part.range.x == 0u {
+        depths[at] = depth + frame.ambient.w * length_m;
+    } else {
+        depths[at] += depth;
+    }
+}

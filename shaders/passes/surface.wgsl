@@ -1,0 +1,66 @@
+// Radiance that the surface seen by every pixel sends towards the eye: its own, and what it
+// reflects of the lamps, each dimmed by the fog between. Without BLOBS that fog is the homogeneous
+// one alone. Added to the target, so that lamps may be taken in several passes.
+//
+// Twin: surface_radiance in core/src/cpu/shade.rs.
+
+#import fogbank::num
+#import fogbank::view
+#import fogbank::lamp
+#import fogbank::surface::attenuated
+
+@group(0) @binding(0) var<uniform> frame: view::View;
+@group(0) @binding(1) var hits: texture_2d<f32>;
+@group(0) @binding(2) var surfaces: texture_2d<u32>;
+@group(0) @binding(3) var<storage, read> lamps: array<lamp::Lamp>;
+/// One more than there are surfaces: the last one is what stands where nothing is seen.
+@group(0) @binding(4) var<storage, read> materials: array<attenuated::Material>;
+/// xy: the lamps of this pass. Emission goes with the one at 0.
+@group(0) @binding(5) var<uniform> part: view::Span;
+#ifdef BLOBS
+/// For every lamp of this pass, its optical depth to every pixel's surface; lamps outside.
+@group(0) @binding(6) var<storage, read> depths: array<f32>;
+#endif
+
+@vertex
+fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return view::covering_corner(index);
+}
+
+@fragment
+fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = vec2<u32>(at.xy);
+    let full = view::pixel_of(frame, pixel);
+    let hit = textureLoad(hits, full, 0);
+    let ray = view::ray_of(frame, pixel);
+    let point = ray.offset + hit.w * ray.direction;
+    let surface = min(textureLoad(surfaces, full, 0).x, arrayLength(&materials) - 1u);
+    let material = materials[surface];
+    var sum = select(vec3<f32>(0.0), material.emission.rgb, part.range.x == 0u);
+    for (var i = part.range.x; i < part.range.y; i++) {
+        let light = lamps[i];
+        let toward = light.position.xyz - point;
+        let through = num::exp_bounded(-depth_of(i, pixel, toward));
+        let reflected = attenuated::reflection(
+            hit.xyz,
+            ray.direction,
+            toward,
+            material.diffuse.w,
+            hit.w * lamp::MISS_FLOOR,
+        );
+        let factor = material.diffuse.rgb * reflected.diffuse
+            + material.specular.rgb * reflected.specular;
+        sum += factor * light.intensity.rgb * through;
+    }
+    return vec4<f32>(sum, 0.0);
+}
+
+/// T(s, p) of a lamp at the pixel's surface.
+fn depth_of(place: u32, pixel: vec2<u32>, toward: vec3<f32>) -> f32 {
+#ifdef BLOBS
+    let pixels = u32(frame.size.z) * u32(frame.size.w);
+    return depths[(place - part.range.x) * pixels + view::index_of(frame, pixel)];
+#else
+    return frame.ambient.w * length(toward);
+#endif
+}
