@@ -36,16 +36,34 @@ as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
 }
 
+install_packages() {
+  [ $# -gt 0 ] || return 0
+  as_root apt-get update -qq
+  DEBIAN_FRONTEND=noninteractive as_root apt-get install -y -qq --no-install-recommends "$@"
+}
+
+# A Vulkan driver in software: the shaders are tested on it whatever the machine has.
+vulkan() {
+  local missing=()
+  ldconfig -p | grep -q 'libvulkan\.so\.1' || missing+=(libvulkan1)
+  [ -n "$(lavapipe)" ] || missing+=(mesa-vulkan-drivers)
+  install_packages "${missing[@]}"
+  VK_DRIVER_FILES="$(lavapipe)"
+  export VK_DRIVER_FILES VK_ICD_FILENAMES="$VK_DRIVER_FILES"
+  [ -n "$VK_DRIVER_FILES" ]
+}
+
+lavapipe() {
+  find /usr/share/vulkan/icd.d -name 'lvp_icd*.json' 2>/dev/null | head -n 1
+}
+
 # Node and Chromium of Debian, and the package that drives one from the other.
 browser() {
   local missing=()
   command -v chromium >/dev/null || missing+=(chromium)
   command -v node >/dev/null || missing+=(nodejs)
   command -v npm >/dev/null || missing+=(npm)
-  if [ ${#missing[@]} -gt 0 ]; then
-    as_root apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive as_root apt-get install -y -qq --no-install-recommends "${missing[@]}"
-  fi
+  install_packages "${missing[@]}"
   npm ci --prefix tests/web --no-audit --no-fund --loglevel=error
 }
 
@@ -89,6 +107,7 @@ step format cargo fmt --check
 step clippy cargo clippy --quiet --workspace --all-targets -- -D warnings
 step documentation env RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps
 step licences licences
+step vulkan vulkan
 step browser browser
 step program program
 step tests tests

@@ -1,7 +1,7 @@
 //! Time and error of every airlight estimator, scene by scene, in one run: the published method,
 //! `auto` at rest and in motion, and ray marching; 30 to 100 000 blobs, one lamp and four.
 //!
-//! `cargo bench -p fogbank-tests --bench airlight`; add a scene's name to measure it alone.
+//! `cargo bench -p fogbank-tests --bench airlight`; add `-- 'city|room'` to measure some scenes alone.
 //!
 //! A picture is 800×600 of the layer `airlight`, first hits and light tables known: what a moving
 //! camera costs. Marching is timed along the rays that errors are measured on, and scaled to the picture. Errors are those of
@@ -31,12 +31,15 @@ fn main() {
         .warm_up_time(Duration::from_millis(100))
         .measurement_time(Duration::from_millis(800))
         .sample_size(10);
-    let only: Vec<_> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let only = std::env::args().skip(1).find(|word| !word.starts_with('-'));
+    let wanted = |name: &str| {
+        only.as_ref().is_none_or(|only| only.split('|').any(|part| name.contains(part)))
+    };
     println!(
         "scene, lamps, blobs: ms (median / p95 error in %) of fogshop2007, auto, auto in a draft, march {STEPS:?}"
     );
     for (name, json) in scenes() {
-        if !only.is_empty() && !only.contains(&name) {
+        if !wanted(&name) {
             continue;
         }
         let case = Case::new(&name, &json);

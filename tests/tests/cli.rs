@@ -248,6 +248,23 @@ fn wrong_arguments_are_refused_with_words_that_help() {
 }
 
 #[test]
+fn backends_are_listed_with_their_differences() {
+    // Drivers may say what they like on standard error.
+    let output = run(&["backends"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let backends = listed.as_array().unwrap();
+    let names: Vec<_> = backends.iter().map(|b| b["report"]["backend"].as_str().unwrap()).collect();
+    assert!(names.contains(&"cpu") && names.contains(&"gpu"), "{names:?}");
+    for backend in backends {
+        assert!(backend["preset_ms"].as_f64().unwrap() > 0.0);
+        for model in backend["report"]["models"].as_array().unwrap() {
+            assert!(model["largest_difference"].as_f64().unwrap() < 1e-3, "{model}");
+        }
+    }
+}
+
+#[test]
 fn serve_says_where_it_listens_and_nothing_else() {
     let server = Server::start();
     let port: u16 = server.address.strip_prefix("127.0.0.1:").unwrap().parse().unwrap();

@@ -399,6 +399,24 @@ fn limits_are_those_of_the_documentation() {
     }
 }
 
+/// The GPU's pictures are those of the probe as well, and the self-test says how near they come.
+#[test]
+fn a_gpu_answers_like_the_cpu() {
+    let server = Server::with(&["--backend", "gpu"]);
+    let scene = json!({ "surfaces": [{}], "lights": [{ "kind": "point", "position": [0, 3, 0] }],
+        "fog": { "terms": [{ "kind": "homogeneous", "extinction": 0.1 }] } });
+    let body = json!({ "scene": scene, "width": 16, "height": 16 });
+    let answer = server.post("/v1/render", &body).expect_success();
+    assert_eq!(answer.expect_header("fog-backend"), "gpu");
+    assert_eq!(server.get("/readyz").json()["status"], "ok");
+    let report = server.post("/v1/selftest", &json!({})).json();
+    let backends = report["backends"].as_array().unwrap();
+    assert_eq!([&backends[0]["backend"], &backends[1]["backend"]], ["cpu", "gpu"]);
+    for model in backends.iter().flat_map(|backend| backend["models"].as_array().unwrap()) {
+        assert!(model["largest_difference"].as_f64().unwrap() < 1e-3, "{model}");
+    }
+}
+
 #[test]
 fn the_process_says_that_it_is_well() {
     let server = Server::start();

@@ -47,7 +47,7 @@ impl Tolerance {
                 near: 0.7,
                 hidden: 1.5e-2,
                 wide: 0.1,
-                rough: 2.5e-3,
+                rough: 4e-3,
                 agree: 4e-3,
                 unmet: 3e-3,
                 layer: 0.25,
@@ -57,7 +57,7 @@ impl Tolerance {
                 near: 1.0,
                 hidden: 0.4,
                 wide: 0.2,
-                rough: 0.03,
+                rough: 0.05,
                 agree: 2e-2,
                 unmet: 0.03,
                 layer: 0.5,
@@ -239,14 +239,16 @@ impl Surroundings {
             depth += 2.0 * blob.k * (-aside * aside).exp();
             if half > COARSE {
                 let half = half.min(4.0);
-                // The third derivative of a Gaussian, met over half a patch.
-                hidden += 0.25 * blob.k * half * half * half * (-miss * miss).exp();
+                // The third derivative of a Gaussian, met over half a patch. What many blobs hide has
+                // either sign.
+                let missed = 0.25 * blob.k * half * half * half * (-miss * miss).exp();
+                hidden += missed * missed;
             }
             true
         };
         let blobs = blobs.iter().filter(meets).copied().collect();
         // In thin fog a blob stands out by what it adds.
-        let hides = hidden > most * depth.min(1.0);
+        let hides = hidden.sqrt() > most * depth.min(1.0);
         let is_coarse = patch.size() > SMALLEST && (hides || spread > wide);
         Self { blobs, is_coarse }
     }
