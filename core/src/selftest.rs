@@ -175,8 +175,10 @@ fn exact(
 pub(crate) fn of_cpu(cpu: &Cpu, progress: &Progress) -> Result<BackendReport, Interrupted> {
     let render = |scene: &CheckedScene, view: &View| cpu.render(scene, view, progress).map(Some);
     let models = models(cpu, progress, render)?;
-    let level = fearless_simd::Level::new();
-    Ok(BackendReport { backend: "cpu", device: format!("SIMD {level:?}"), models })
+    // Its name alone: what stands in brackets is no one's business.
+    let level = format!("{:?}", fearless_simd::Level::new());
+    let device = level.split('(').next().unwrap_or_default().to_owned();
+    Ok(BackendReport { backend: "cpu", device, models })
 }
 
 /// A device's report.

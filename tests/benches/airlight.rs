@@ -23,6 +23,8 @@ use std::time::{Duration, Instant};
 
 const SIZE: (u32, u32) = (800, 600);
 const STEPS: [u32; 3] = [16, 64, 256];
+/// What takes longer is timed by the better of two runs.
+const SLOW: Duration = Duration::from_secs(1);
 
 fn main() {
     let mut criterion = Criterion::default()
@@ -44,9 +46,9 @@ fn main() {
         }
         let case = Case::new(&name, &json);
         let mut group = criterion.benchmark_group(&case.name);
-        case.measure(&mut group);
+        let times = case.measure(&mut group);
         group.finish();
-        case.report();
+        case.report(&times);
     }
 }
 
@@ -89,25 +91,37 @@ impl Case {
         }
     }
 
-    fn measure(&self, group: &mut BenchmarkGroup<'_, WallTime>) {
-        for (name, airlight, quality) in PICTURES {
+    /// Milliseconds of each of [`PICTURES`].
+    fn measure(&self, group: &mut BenchmarkGroup<'_, WallTime>) -> Vec<f64> {
+        let measure = |(name, airlight, quality)| {
             let renderer = Renderer::default();
             let view = picture(airlight, quality);
-            group.bench_function(name, |b| {
-                b.iter(|| renderer.render(&self.scene, &view, &Progress::default()).unwrap());
-            });
-        }
+            let render = || {
+                let begun = Instant::now();
+                renderer.render(&self.scene, &view, &Progress::default()).unwrap();
+                begun.elapsed()
+            };
+            // The first one forms what is kept.
+            render();
+            let once = render();
+            if once > SLOW {
+                return once.min(render()).as_secs_f64() * 1e3;
+            }
+            group.bench_function(name, |b| b.iter(render));
+            self.milliseconds(name)
+        };
+        PICTURES.map(measure).into()
     }
 
-    fn report(&self) {
+    fn report(&self, times: &[f64]) {
         let mut cells = Vec::new();
-        for (name, airlight, quality) in PICTURES {
+        for ((_, airlight, quality), time) in PICTURES.into_iter().zip(times) {
             let view = picture(airlight, quality);
             let frame = Renderer::default().render(&self.scene, &view, &Progress::default());
             let pixels = frame.unwrap().pixels;
             let rgb = |at: &usize| [0, 1, 2].map(|k| f64::from(pixels[3 * at + k]));
             let values: Vec<_> = self.pixels.iter().map(|at| luminance(rgb(at))).collect();
-            cells.push((self.milliseconds(name), self.errors(&values)));
+            cells.push((*time, self.errors(&values)));
         }
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let scale = f64::from(SIZE.0 * SIZE.1) / (self.rays.len() * threads) as f64;

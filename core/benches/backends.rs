@@ -1,0 +1,52 @@
+//! Optical depth of presets' blobs at 800×600 in one run: as quads and as tile lists on the first
+//! Vulkan adapter, and on the CPU.
+//!
+//! `cargo bench -p fogbank-core --bench backends`
+
+#![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
+
+use criterion::Criterion;
+use fogbank_core::gpu::{BlobPass, Gpu, Wanted};
+use fogbank_core::request::{Layer, Quality, Tonemap, View};
+use fogbank_core::{Progress, Renderer, presets};
+use std::time::Duration;
+
+const PRESETS: [&str; 4] = ["steaming-vessel", "city-353", "vehicle-1223", "room-3008"];
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .configure_from_args()
+        .without_plots()
+        .warm_up_time(Duration::from_millis(100))
+        .measurement_time(Duration::from_millis(800))
+        .sample_size(10);
+    let gpu = |pass| Gpu::open(Wanted::Any).unwrap().with_blob_pass(pass);
+    println!("on {}", gpu(BlobPass::Quads).name());
+    let backends = [
+        ("quads", Renderer::on(gpu(BlobPass::Quads), Wanted::Any)),
+        ("tiles", Renderer::on(gpu(BlobPass::Tiles), Wanted::Any)),
+        ("cpu", Renderer::default()),
+    ];
+    let view = View {
+        width: 800,
+        height: 600,
+        quality: Quality::Full,
+        layer: Layer::OpticalDepth,
+        samples: Some(1),
+        exposure_ev: 0.0,
+        tonemap: Tonemap::Agx,
+        for_screen: false,
+        estimator: None,
+    };
+    for name in PRESETS {
+        let preset = presets::all().into_iter().find(|preset| preset.name == name).unwrap();
+        let scene = preset.scene.check().unwrap();
+        let mut group = criterion.benchmark_group(name);
+        for (backend, renderer) in &backends {
+            group.bench_function(*backend, |b| {
+                b.iter(|| renderer.render(&scene, &view, &Progress::default()).unwrap());
+            });
+        }
+        group.finish();
+    }
+}
