@@ -19,7 +19,7 @@ fn main() {
     let methods = [Airlight::Fogshop2007, Airlight::Auto, Airlight::Reference];
     let mut sheet = RgbImage::new(3 * WIDTH, 2 * HEIGHT);
     for (row, (json, exposure_ev)) in
-        [(row_of_blobs(), 2.5), (pierced_tube(), 7.5)].iter().enumerate()
+        [(row_of_blobs(), 2.5), (pierced_tube(), 5.0)].iter().enumerate()
     {
         for (column, airlight) in methods.into_iter().enumerate() {
             let picture = picture(json, airlight, *exposure_ev);

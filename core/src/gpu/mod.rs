@@ -69,10 +69,9 @@ impl Gpu {
     }
 
     fn new(device: Device) -> Self {
-        // Drivers in software shade quads several times faster than they run workgroups; memory of
-        // their targets is a cache's. On hardware every quad's pixel is read and written in memory,
-        // and a tile's sum stays in registers.
-        let blob_pass = if device.is_hardware() { BlobPass::Tiles } else { BlobPass::Quads };
+        // A tile's sum stays in registers, where every pixel of a quad is read and written in
+        // memory: measured on a driver in software (docs/speed.md), expected of hardware.
+        let blob_pass = BlobPass::Tiles;
         // A driver in software takes minutes for what the CPU's lanes do in a tenth of a second.
         let maps = device.is_hardware();
         Self {

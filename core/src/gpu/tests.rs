@@ -6,7 +6,7 @@ use crate::airlight::Estimator;
 use crate::cpu::Cpu;
 use crate::image::{display, flip};
 use crate::presets;
-use crate::renderer::{Frame, Progress, Renderer};
+use crate::renderer::{Backend, Frame, Progress, Renderer};
 use crate::request::{Layer, Quality, Tonemap, View};
 use crate::scene::{Airlight, CheckedScene, Scene, read};
 use std::sync::atomic::Ordering;
@@ -114,7 +114,7 @@ fn pictures_look_like_the_cpus() {
 fn a_lost_device_is_replaced_and_then_given_up() {
     let scene = presets::all().remove(2).scene.check().expect("a preset");
     let view = view(Layer::OpticalDepth, Airlight::None);
-    let renderer = Renderer::on(gpu(BlobPass::Quads), Wanted::Any);
+    let renderer = Renderer::open(Backend::Gpu).expect("a Vulkan adapter, be it lavapipe");
     let frame = || renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
     let first = frame();
     assert_eq!(first.backend, "gpu");
