@@ -86,7 +86,7 @@ fn the_mapped_airlight_is_the_cpus() {
     for (name, share) in [("steaming-vessel", 5e-3), ("terrain-292", 0.03)] {
         let preset = presets::all().into_iter().find(|preset| preset.name == name);
         let scene = preset.expect("a preset").scene.check().expect("a valid preset");
-        let view = View { width: 64, height: 48, ..view(Layer::Airlight, Airlight::Auto) };
+        let view = View { width: 96, height: 72, ..view(Layer::Airlight, Airlight::Auto) };
         let frames = both(&gpu, &scene, &view);
         let off = differing(&frames, share);
         assert!(100 * off <= frames[1].pixels.len(), "{name}: {off}");
