@@ -4,7 +4,6 @@ use super::batch::{Fogged, Hits, Rays, Row, Rows, SIZE, get3, load3};
 use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::{self, LightRow, add_airlight};
-use super::mapped;
 use crate::airlight::fogshop2007::LightSide;
 use crate::airlight::{Method, march, reference, sun2005};
 use crate::geometry::bundle::Bundle;
@@ -44,7 +43,7 @@ impl LitBlobs {
 }
 
 /// Optical depth, and airlight if `lit`, along rays that end at `hits`; what interpolates across the
-/// picture is added by [`add_mapped`].
+/// picture is added by [`mapped::add`](super::mapped::add).
 pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let mut fogged = Fogged::clear();
     if context.field.is_empty() {
@@ -74,11 +73,6 @@ pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
         }
     }
     fogged
-}
-
-/// Adds the airlight that interpolates across the picture, for batches that stand together.
-pub fn add_mapped(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
-    mapped::add(context, block, fogged);
 }
 
 /// Rays and where they end.

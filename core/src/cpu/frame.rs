@@ -4,7 +4,7 @@ use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE, TILE};
 use super::cache::Cache;
 use super::edges::{self, Samples};
 use super::fog::{Ends, LitBlobs};
-use super::mapped::LightTable;
+use super::mapped::{self, LightTable};
 use super::trace::{Order, Tracer};
 use super::viewpoint::{Grid, Viewpoint};
 use super::{composite, fog, shade, upsample};
@@ -322,7 +322,7 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     };
     let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
     if context.method == Method::Mapped && context.shows_airlight() {
-        fog::add_mapped(context, &ends, &mut along_views);
+        mapped::add(context, &ends, &mut along_views);
     }
     let along_samples = along_views.split_off(tiles);
     let mut rest = along_samples.as_slice();

@@ -9,7 +9,7 @@ use crate::geometry::{Geometry, Solid};
 use crate::media::PICTURE_LOSS;
 use crate::quadrature::gauss_legendre;
 use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use wgpu::BufferUsages;
 
 /// Depth at which triangles are cut off in front of the camera [m].
@@ -103,7 +103,16 @@ pub struct Lists {
 }
 
 /// Nodes of the rules that shaders choose from.
-const RULES: [usize; 5] = [32, 64, 128, 256, 512];
+const SIZES: [usize; 5] = [32, 64, 128, 256, 512];
+
+/// The rules, as shaders read them: the same in every frame.
+static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let rule = |size: usize| {
+        let (nodes, weights) = gauss_legendre(size);
+        nodes.into_iter().zip(weights).map(|(x, w)| Vec2::new(x as f32, w as f32))
+    };
+    layout::list(SIZES.into_iter().flat_map(rule).collect())
+});
 
 /// As for a picture whose numbers are wanted, on the CPU.
 const TOLERANCE: Tolerance =
@@ -129,7 +138,7 @@ impl Lists {
             blobs: list(layout::list(blobs(context)))?,
             lit: list(layout::list(lit))?,
             materials: list(layout::list(materials(context)))?,
-            rules: list(layout::list(rules()))?,
+            rules: device.filled(&RULES, BufferUsages::STORAGE)?,
             tolerance: device.filled(&layout::one(&TOLERANCE), BufferUsages::UNIFORM)?,
         })
     }
@@ -189,14 +198,6 @@ fn blobs(context: &Context) -> Vec<Blob> {
         Blob { place: place.as_vec3().extend(blob.a as f32), weight }
     };
     blobs.iter().map(blob).collect()
-}
-
-fn rules() -> Vec<Vec2> {
-    let rule = |size: usize| {
-        let (nodes, weights) = gauss_legendre(size);
-        nodes.into_iter().zip(weights).map(|(x, w)| Vec2::new(x as f32, w as f32))
-    };
-    RULES.into_iter().flat_map(rule).collect()
 }
 
 fn materials(context: &Context) -> Vec<Material> {

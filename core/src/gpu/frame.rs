@@ -279,7 +279,7 @@ impl Recorder<'_> {
         if self.context.field.blobs.is_empty() {
             return Ok(());
         }
-        let is_lit = self.shows_published() && self.context.method == Method::Fogshop2007;
+        let is_lit = self.context.method == Method::Fogshop2007 && self.context.shows_airlight();
         let defines: &[&str] = if is_lit { &["AIRLIGHT_FOGSHOP2007"] } else { &[] };
         match self.gpu.blob_pass {
             BlobPass::Quads => self.blob_quads(defines, is_lit),
