@@ -17,8 +17,6 @@ const LEAST: f32 = 1.1754944e-38;
 
 /// Arguments of erf that are 1 apart from it by less than the last bit.
 const ERF_END: f32 = 3.75;
-/// Distance from 0 from which on erf differences are formed of erfc.
-const TAIL: f32 = 1.2;
 /// Where erfc has long vanished.
 const ERFC_END: f32 = 9.5;
 
@@ -63,12 +61,9 @@ fn erf_plain_difference(x: f32, y: f32) -> f32 {
 
 /// erf(y) − erf(x) for x ≤ y, with relative accuracy also far out in a tail.
 fn erf_difference(x: f32, y: f32) -> f32 {
-    // The nearer end's distance from 0 where both lie on one side, else negative.
-    let near = max(x, -y);
-    if near <= TAIL {
-        return erf_plain_difference(x, y);
-    }
-    return erfc_positive(near) - erfc_positive(max(y, -x));
+    let ends = vec2<f32>(erfc_positive(abs(x)), erfc_positive(abs(y)));
+    // On either side of 0 what is left of 2, else the difference of two tails.
+    return select(abs(ends.y - ends.x), 2.0 - ends.x - ends.y, x < 0.0 && y > 0.0);
 }
 
 /// erfc(x) for x ≥ 0 with a relative error below 1e-6: a fit of erfcx(x)/t in t = 1/(1 + x/2),

@@ -9,56 +9,75 @@
 const SIDE: u32 = 16u;
 /// Pixels of a tile, and invocations of its workgroup.
 const SIZE: u32 = 256u;
-/// Blobs that are looked at in one go: each invocation tells of four whether they matter.
-const CHUNK: u32 = 1024u;
-/// Words of a mask of a chunk's blobs.
-const WORDS: u32 = 32u;
+/// Blobs that are looked at in one go.
+const CHUNK: u32 = 8192u;
+/// Words of a mask of a chunk's blobs: one an invocation.
+const WORDS: u32 = 256u;
+
+/// Values that go to one of a group of invocations are added up or compared in two steps of sixteen:
+/// few barriers, and the same order in every run.
+const STEP: u32 = 16u;
 
 var<workgroup> row: array<vec4<f32>, SIZE>;
+var<workgroup> column: array<vec4<f32>, STEP>;
+var<workgroup> result: vec4<f32>;
 /// Which blobs of a chunk matter. A mask, not a list: its order does not depend on who is first, so
 /// sums over it are the same in every run.
 var<workgroup> mask: array<atomic<u32>, WORDS>;
 
-/// The largest of every component over aligned groups of `size` invocations, a power of two.
-fn largest_of(place: u32, size: u32, value: vec4<f32>) -> vec4<f32> {
-    row[place] = value;
-    workgroupBarrier();
-    for (var half = size / 2u; half > 0u; half /= 2u) {
-        if place % size < half {
-            row[place] = max(row[place], row[place + half]);
-        }
-        workgroupBarrier();
-    }
-    let result = row[place - place % size];
-    workgroupBarrier();
-    return result;
-}
-
-/// The sum of every component, likewise.
+/// The sum of every component over aligned groups of `size` invocations.
 fn total_of(place: u32, size: u32, value: vec4<f32>) -> vec4<f32> {
     row[place] = value;
     workgroupBarrier();
-    for (var half = size / 2u; half > 0u; half /= 2u) {
-        if place % size < half {
-            row[place] += row[place + half];
-        }
-        workgroupBarrier();
+    let first = place - place % size;
+    var sum = row[first];
+    for (var i = 1u; i < size; i++) {
+        sum += row[first + i];
     }
-    let result = row[place - place % size];
     workgroupBarrier();
-    return result;
+    return sum;
 }
 
 /// The largest of every component over all invocations.
 fn largest(place: u32, value: vec4<f32>) -> vec4<f32> {
-    row[place] = largest_of(place, SIZE, value);
-    return workgroupUniformLoad(&row[0]);
+    row[place] = value;
+    workgroupBarrier();
+    if place < STEP {
+        var most = row[place * STEP];
+        for (var i = 1u; i < STEP; i++) {
+            most = max(most, row[place * STEP + i]);
+        }
+        column[place] = most;
+    }
+    workgroupBarrier();
+    if place == 0u {
+        result = column[0];
+        for (var i = 1u; i < STEP; i++) {
+            result = max(result, column[i]);
+        }
+    }
+    return workgroupUniformLoad(&result);
 }
 
 /// The sum of every component over all invocations.
 fn total(place: u32, value: vec4<f32>) -> vec4<f32> {
-    row[place] = total_of(place, SIZE, value);
-    return workgroupUniformLoad(&row[0]);
+    row[place] = value;
+    workgroupBarrier();
+    if place < STEP {
+        var sum = row[place * STEP];
+        for (var i = 1u; i < STEP; i++) {
+            sum += row[place * STEP + i];
+        }
+        column[place] = sum;
+    }
+    workgroupBarrier();
+    if place == 0u {
+        result = column[0];
+        for (var i = 1u; i < STEP; i++) {
+            result += column[i];
+        }
+    }
+    return workgroupUniformLoad(&result);
 }
 
 /// Empties the mask, before `keep`.

@@ -29,8 +29,6 @@ struct Crossing {
 
 /// No distance from a light counts as less [m]: its inverse square must not overflow.
 const LEAST_DISTANCE: f32 = 1e-12;
-/// Half depth from which on exponents need the digits of a tail.
-const OPAQUE: f32 = 8.0;
 
 /// Follows a ray through a blob.
 fn crossing(seen: gaussians::Seen, direction: vec3<f32>, length_m: f32) -> Crossing {
@@ -38,28 +36,10 @@ fn crossing(seen: gaussians::Seen, direction: vec3<f32>, length_m: f32) -> Cross
     let density = seen.k * line.peak;
     let at = clamp(-line.start, 0.0, line.end - line.start);
     let shift = at + line.start;
-    let ends = vec2<f32>(num::erf(line.start), num::erf(line.end));
-    let near = min(ends, vec2<f32>(0.0));
-    var whole = ends.y - ends.x;
-    var first = near.y - near.x;
-    let span = seen.a * length_m;
-    if seen.k > gaussians::DENSE || span < gaussians::SHORT {
-        whole = gaussians::between(line.start, line.end, span, seen.k);
-    }
-    if seen.k > OPAQUE {
-        first = num::erf_difference(min(line.start, 0.0), min(line.end, 0.0));
-    }
+    let whole = gaussians::between(line.start, line.end, seen.a * length_m);
+    let first = num::erf_difference(min(line.start, 0.0), min(line.end, 0.0));
     let aside_squared = line.miss_squared + shift * shift;
     return Crossing(density * whole, density * first, direction * at - seen.b, aside_squared);
-}
-
-/// T_i between the light and b_i^r per k exp(−miss²). In an exponent the absolute error counts,
-/// which grows with the half depth.
-fn own(start: f32, end: f32, k: f32) -> f32 {
-    if k > OPAQUE {
-        return num::erf_difference(start, end);
-    }
-    return num::erf_plain_difference(start, end);
 }
 
 /// L_i per unit of ω·I₀/(4π) [1/m²] (eq. 11). `lit` holds a · (centre − light), and the exponent of
@@ -73,7 +53,7 @@ fn scattered(cross: Crossing, seen: gaussians::Seen, lit: vec4<f32>, floor_m: f3
     let end = dot(cross.aside, way) / distance;
     let start = end - distance;
     let miss_squared = max(cross.aside_squared - end * end, 0.0);
-    let depth = seen.k * num::exp_bounded(-miss_squared) * own(start, end, seen.k);
+    let depth = seen.k * num::exp_bounded(-miss_squared) * num::erf_difference(start, end);
     let falloff = seen.a / distance;
     return cross.depth * num::exp_bounded(lit.w - depth - cross.before) * falloff * falloff;
 }

@@ -24,12 +24,10 @@ const LIGHT_SHARE: f32 = 0.45;
 const EVEN_SHARE: f32 = 0.1;
 /// Optical depth behind which nothing is seen: e⁻²⁴.
 const OPAQUE: f32 = 24.0;
-/// What a rule may miss of the light that fog scatters or absorbs, ∫ β e^(−T) dt.
-const UNMET: f32 = 0.03;
 /// A ray from which fog removes less than this share of the light is as good as clear: the smallest
 /// rule will do.
 const CLEAR: f32 = 1e-6;
-/// What rounding leaves of that where there is no fog: ln β has a floor.
+/// What rounding leaves of ∫ β e^(−T) dt where there is no fog: ln β has a floor.
 const NOTHING: f32 = 1e-20;
 /// The least extinction [1/m].
 const LEAST_BETA: f32 = 1e-30;

@@ -16,7 +16,10 @@ struct Fog {
     end: f32,
     /// The most optical depth that any ray meets.
     most: f32,
-    /// Optical depth that quadratics may miss of blobs that stand between the rays looked at.
+    /// Optical depth along the middle ray, if it has no end.
+    depth: f32,
+    /// Optical depth that quadratics may miss of blobs that stand between the rays looked at,
+    /// squared: what many blobs hide has either sign.
     hidden: f32,
 }
 
@@ -24,11 +27,11 @@ struct Fog {
 const FAR: f32 = 1e30;
 /// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8.
 const ASIDE: f32 = 4.3;
-/// Blobs of which half a tile's diagonal covers less than this share of the radius are seen.
+/// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
 
 fn nothing() -> Fog {
-    return Fog(FAR, -FAR, 0.0, 0.0);
+    return Fog(FAR, -FAR, 0.0, 0.0, 0.0);
 }
 
 /// Adds a blob, if some ray of the bundle meets it.
@@ -38,7 +41,8 @@ fn add(fog: ptr<function, Fog>, blob: gaussians::Blob, rays: bundle::Bundle) {
     let k = blob.weight.x;
     let way = center - rays.origin;
     let half = 1.01 * a * (length(way) * rays.tangent + rays.radius);
-    let miss = max(a * length(cross(way, rays.axis)) - half, 0.0);
+    let aside = a * length(cross(way, rays.axis));
+    let miss = max(aside - half, 0.0);
     if miss >= ASIDE {
         return;
     }
@@ -47,9 +51,11 @@ fn add(fog: ptr<function, Fog>, blob: gaussians::Blob, rays: bundle::Bundle) {
     (*fog).end = max((*fog).end, range.y + mapped::ENDS / a);
     let peak = num::exp_bounded(-miss * miss);
     (*fog).most += 2.0 * k * peak;
+    (*fog).depth += 2.0 * k * num::exp_bounded(-aside * aside);
     if half > COARSE {
-        // The third derivative of a Gaussian, met over half a tile.
+        // The third derivative of a Gaussian, met over half a patch.
         let near = min(half, 4.0);
-        (*fog).hidden += 0.25 * k * near * near * near * peak;
+        let missed = 0.25 * k * near * near * near * peak;
+        (*fog).hidden += missed * missed;
     }
 }

@@ -9,12 +9,24 @@
 #import fogbank::airlight::mapped
 #import fogbank::mapped::pixels
 
+/// x: the node's ray parameter [m]. y: logarithm of its weight.
+var<workgroup> nodes: array<vec2<f32>, 32>;
 /// Fields of a batch: eight rays a node. Logarithms include the nodes' weights.
 var<workgroup> logs: array<f32, 256>;
 var<workgroup> means: array<f32, 256>;
-var<workgroup> node_at: array<f32, 32>;
 /// Each node's largest logarithm: quadratics may overshoot.
 var<workgroup> node_most: array<f32, 32>;
+
+/// Sets the fields of the invocation's node and ray; to be called by all.
+fn fill(place: u32, log_seen: f32, mean: f32) {
+    logs[place] = log_seen;
+    means[place] = mean;
+    workgroupBarrier();
+    if place < 32u {
+        node_most[place] = most_of(place);
+    }
+    workgroupBarrier();
+}
 
 /// The largest of eight rays' logarithms, and room for what lies between them.
 fn most_of(node: u32) -> f32 {
@@ -25,10 +37,10 @@ fn most_of(node: u32) -> f32 {
     return most + 0.5;
 }
 
-/// A node of the batch at one place of the tile.
+/// A node of the batch at one place of the patch.
 fn airlight(node: u32, g: f32, share: pixels::Shares, toward: lamp::ToLight) -> f32 {
     let log_seen = min(log_between(node, share), node_most[node]);
-    let aside = node_at[node] - toward.closest;
+    let aside = nodes[node].x - toward.closest;
     return mapped::scattered(g, toward, aside, log_seen, mean_between(node, share));
 }
 

@@ -1,5 +1,5 @@
-// The patch of the picture over which fields are interpolated, here a tile: its square, and whether
-// one set of nodes serves it.
+// The patch of the picture over which fields are interpolated: its square, and whether one set of
+// nodes serves it.
 //
 // Twin: core/src/cpu/mapped/patch.rs.
 
@@ -7,28 +7,27 @@
 
 #import fogbank::view::{View, Ray, sample_of, ray_through, picture_place, is_parallel}
 #import fogbank::lamp::Lamp
-#import fogbank::tile::SIDE
 
-/// What a tile may miss.
+/// What a patch may miss.
 struct Tolerance {
-    /// x: a tile is at most this share of its distance from a lamp's image. y: optical depth of
-    /// blobs that may hide between the eight rays. z: half a tile's diagonal [rad]. w: relative
-    /// error on the ninth ray.
+    /// x: a patch is at most this share of its distance from a lamp's image. y: share of the fog, in
+    /// optical depth, of blobs that may hide between the eight rays. z: half a patch's diagonal
+    /// [rad]. w: relative error on the ninth ray.
     whole: vec4<f32>,
-    /// x: relative difference of two rules that agree. y: rays of a layer end within this share of
-    /// each other's way through the fog. z: a layer is at least this share of the blobs' extent.
-    /// w: unused.
+    /// x: relative difference of two rules that agree. y: share that a rule may miss of the light
+    /// that fog removes. zw: unused.
     rule: vec4<f32>,
+    /// x: rays of a layer end within this share of each other's way through the fog. y: a layer is
+    /// at least this share of the blobs' extent. zw: unused.
+    layers: vec4<f32>,
 }
 
-/// The samples of a tile's pixels lie between xy and zw in the full picture [px].
-fn area_of(view: View, tile_place: vec2<u32>) -> vec4<f32> {
-    let first = tile_place * SIDE;
-    let low = sample_of(view, first);
-    return vec4<f32>(low, sample_of(view, first + SIDE - 1u));
+/// The samples of a patch's pixels lie between xy and zw in the full picture [px].
+fn area_of(view: View, first: vec2<u32>, side: u32) -> vec4<f32> {
+    return vec4<f32>(sample_of(view, first), sample_of(view, first + side - 1u));
 }
 
-/// Coordinates of a place in the tile's square [−1, 1]².
+/// Coordinates of a place in the patch's square [−1, 1]².
 fn place_in(area: vec4<f32>, sample: vec2<f32>) -> vec2<f32> {
     return (sample - middle_of(area)) / half_of(area);
 }
@@ -47,13 +46,13 @@ fn ray_at(view: View, area: vec4<f32>, place: vec2<f32>) -> Ray {
     return ray_through(view, middle_of(area) + half_of(area) * place);
 }
 
-/// Whether the tile's rays spread so much that no field is a quadratic across them.
+/// Whether the patch's rays spread so much that no field is a quadratic across them.
 fn is_wide(view: View, area: vec4<f32>, widest: f32) -> bool {
     let middle = ray_at(view, area, vec2<f32>(0.0)).direction;
     return distance(middle, ray_at(view, area, vec2<f32>(1.0)).direction) > widest;
 }
 
-/// Whether a lamp's image is so close that no rule serves all pixels of the tile. A lamp in the eye
+/// Whether a lamp's image is so close that no rule serves all pixels of the patch. A lamp in the eye
 /// itself is close to all of them: each ray has a floor of its own to the distance.
 fn is_near(
     view: View,

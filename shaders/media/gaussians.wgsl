@@ -50,9 +50,6 @@ struct Way {
     length_m: f32,
 }
 
-/// Half depth from which on the tails of erf are formed with care: below it the plain difference is
-/// off by less than 1e-7 of optical depth. Lower than in the twin: here tails cost little.
-const DENSE: f32 = 0.03;
 /// Segments up to this length are integrated by a series, which is exact to 1e-10: of a short one
 /// inside a large blob the difference of erf keeps few digits.
 const SHORT: f32 = 5e-3;
@@ -85,16 +82,9 @@ fn line_of(seen: Seen, direction: vec3<f32>, length_m: f32) -> Line {
     return Line(start, start + seen.a * length_m, miss_squared, num::exp_bounded(-miss_squared));
 }
 
-/// erf(end) − erf(start) of a segment of the given length in units of the radius, with as much care
-/// as the half depth needs.
-fn between(start: f32, end: f32, span: f32, k: f32) -> f32 {
-    if span < SHORT {
-        return across_short(start + 0.5 * span, span);
-    }
-    if k > DENSE {
-        return num::erf_difference(start, end);
-    }
-    return num::erf_plain_difference(start, end);
+/// erf(end) − erf(start) of a segment of the given length in units of the radius.
+fn between(start: f32, end: f32, span: f32) -> f32 {
+    return select(num::erf_difference(start, end), across_short(start + 0.5 * span, span), span < SHORT);
 }
 
 /// The same around the middle of a short segment.
@@ -106,7 +96,7 @@ fn across_short(middle: f32, span: f32) -> f32 {
 
 /// T along a segment of `length_m`.
 fn depth_of(seen: Seen, line: Line, length_m: f32) -> f32 {
-    return seen.k * line.peak * between(line.start, line.end, seen.a * length_m, seen.k);
+    return seen.k * line.peak * between(line.start, line.end, seen.a * length_m);
 }
 
 /// T along the segment from the origin in the unit direction up to `length_m`.
@@ -124,7 +114,7 @@ fn depth_on(way: Way, blob: Blob) -> f32 {
     }
     let start = -dot(seen.b, way.direction);
     let span = seen.a * way.length_m;
-    return seen.k * exp(-miss_squared) * between(start, start + span, span, seen.k);
+    return seen.k * exp(-miss_squared) * between(start, start + span, span);
 }
 
 /// β [1/m] at the end of a segment.

@@ -246,7 +246,7 @@ pub fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Ve
 }
 
 /// For the mapped airlight: what lies between the lights and everything else.
-fn fill_tables(context: &mut Context, cache: &Cache, scene: &CheckedScene) {
+pub fn fill_tables(context: &mut Context, cache: &Cache, scene: &CheckedScene) {
     if context.method != Method::Mapped || !context.shows_airlight() {
         return;
     }

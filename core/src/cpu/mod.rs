@@ -10,7 +10,7 @@ pub(crate) mod edges;
 mod fog;
 pub(crate) mod frame;
 pub mod kernels;
-mod mapped;
+pub(crate) mod mapped;
 mod shade;
 mod trace;
 mod triangle;

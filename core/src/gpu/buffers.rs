@@ -2,9 +2,12 @@
 //! its triangles, which are kept while the surfaces stay the same.
 
 use super::device::{Buffer, Device, Failure};
-use super::layout::{self, Anchor, Blob, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View};
+use super::layout::{
+    self, Anchor, Blob, Extent, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View,
+};
 use crate::airlight::Method;
 use crate::cpu::frame::Context;
+use crate::cpu::mapped::{self, LightTable};
 use crate::geometry::{Geometry, Solid};
 use crate::media::PICTURE_LOSS;
 use crate::quadrature::gauss_legendre;
@@ -28,36 +31,77 @@ pub struct Triangles {
     pub count: u32,
 }
 
-/// The newest triangles, by the geometry they come from.
-#[derive(Debug, Default)]
-pub struct Kept(Mutex<Vec<(Arc<Geometry>, Arc<Triangles>)>>);
+/// A light's table on the device.
+#[derive(Debug)]
+pub struct Table {
+    /// What it covers.
+    pub extent: Buffer,
+    /// Its samples.
+    pub means: Buffer,
+}
 
-/// Geometries whose triangles stay on the device.
-const KEPT: usize = 2;
-
-impl Kept {
-    /// The triangles of a geometry.
+impl Table {
+    /// The table of a light, if it has one.
     ///
     /// # Errors
-    /// Where there is no memory for them.
+    /// Where there is no memory for it.
+    pub fn of(device: &Device, table: &Option<LightTable>) -> Result<Option<Self>, Failure> {
+        table.as_ref().map(|table| Self::new(device, table)).transpose()
+    }
+
+    fn new(device: &Device, table: &LightTable) -> Result<Self, Failure> {
+        let [across, down, toward] = table.axes().map(|axis| axis.as_vec3().extend(0.0));
+        let toward = toward.with_w(table.reach());
+        let extent = Extent { across, down, toward, scale: Vec4::from_array(table.scale()) };
+        let means: &[u8] = bytemuck::cast_slice(table.values());
+        Ok(Self {
+            extent: device.filled(&layout::one(&extent), BufferUsages::UNIFORM)?,
+            means: device.filled(means, BufferUsages::STORAGE)?,
+        })
+    }
+}
+
+/// The newest things on the device, by what they were made from.
+#[derive(Debug)]
+pub struct Kept<K, V> {
+    most: usize,
+    entries: Mutex<Vec<(Arc<K>, Arc<V>)>>,
+}
+
+impl<K, V> Kept<K, V> {
+    /// Keeps at most so many.
+    pub fn new(most: usize) -> Self {
+        Self { most, entries: Mutex::default() }
+    }
+
+    /// What was made of `key`, or is made now.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
     pub fn get(
         &self,
-        device: &Device,
-        geometry: &Arc<Geometry>,
-    ) -> Result<Arc<Triangles>, Failure> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, triangles)) = kept.iter().find(|(key, _)| Arc::ptr_eq(key, geometry)) {
-            return Ok(Arc::clone(triangles));
-        }
-        let triangles = Arc::new(Triangles::new(device, geometry)?);
-        kept.insert(0, (Arc::clone(geometry), Arc::clone(&triangles)));
-        kept.truncate(KEPT);
-        Ok(triangles)
+        key: &Arc<K>,
+        make: impl FnOnce() -> Result<V, Failure>,
+    ) -> Result<Arc<V>, Failure> {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = entries.iter().position(|(known, _)| Arc::ptr_eq(known, key));
+        let entry = match found {
+            Some(at) => entries.remove(at),
+            None => (Arc::clone(key), Arc::new(make()?)),
+        };
+        let value = Arc::clone(&entry.1);
+        entries.insert(0, entry);
+        entries.truncate(self.most);
+        Ok(value)
     }
 }
 
 impl Triangles {
-    fn new(device: &Device, geometry: &Geometry) -> Result<Self, Failure> {
+    /// The triangles of a geometry.
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub fn new(device: &Device, geometry: &Geometry) -> Result<Self, Failure> {
         let corners = geometry.triangles.iter().map(|triangle| {
             let [a, b, c] = triangle.corners;
             Triangle {
@@ -98,7 +142,7 @@ pub struct Lists {
     pub materials: Buffer,
     /// Abscissae and weights of Gauss–Legendre rules, one rule after the other.
     pub rules: Buffer,
-    /// What a tile of the mapped airlight may miss.
+    /// What a patch of the mapped airlight may miss.
     pub tolerance: Buffer,
 }
 
@@ -114,9 +158,14 @@ static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
     layout::list(SIZES.into_iter().flat_map(rule).collect())
 });
 
-/// As for a picture whose numbers are wanted, on the CPU.
-const TOLERANCE: Tolerance =
-    Tolerance { whole: Vec4::new(0.4, 5e-3, 0.06, 5e-4), rule: Vec4::new(3e-4, 0.12, 0.02, 0.0) };
+fn tolerance(context: &Context) -> Tolerance {
+    let t = mapped::Tolerance::new(&context.view);
+    Tolerance {
+        whole: Vec4::new(t.near, t.hidden, t.wide, t.rough as f32),
+        rule: Vec4::new(t.agree as f32, t.unmet as f32, 0.0, 0.0),
+        layers: Vec4::new(t.layer, mapped::THIN, 0.0, 0.0),
+    }
+}
 
 impl Lists {
     /// Of a frame.
@@ -139,7 +188,7 @@ impl Lists {
             lit: list(layout::list(lit))?,
             materials: list(layout::list(materials(context)))?,
             rules: device.filled(&RULES, BufferUsages::STORAGE)?,
-            tolerance: device.filled(&layout::one(&TOLERANCE), BufferUsages::UNIFORM)?,
+            tolerance: device.filled(&layout::one(&tolerance(context)), BufferUsages::UNIFORM)?,
         })
     }
 }

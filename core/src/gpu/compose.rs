@@ -34,6 +34,7 @@ const MODULES: &[(&str, &str)] = &sources![
     "mapped/around",
     "mapped/batch",
     "mapped/patch",
+    "mapped/light_table",
 ];
 
 macro_rules! passes {
@@ -70,10 +71,8 @@ passes! {
     BlobQuads = "blob_quads",
     /// Blobs along view rays, tile by tile.
     BlobTiles = "blob_tiles",
-    /// Airlight by the mapped rule, over tiles.
-    MappedTiles = "mapped_tiles",
-    /// The same along the rays that tiles leave.
-    MappedRays = "mapped_rays",
+    /// Airlight by the mapped rule, patch by patch.
+    Mapped = "mapped",
     /// What lies between a light and the surfaces.
     LightDepth = "light_depth",
     /// Light from the surfaces.
@@ -102,8 +101,7 @@ pub fn compositions() -> Vec<Composition> {
         with(Pass::Homogeneous, &[&[], &["AIRLIGHT_SUN2005"]]),
         with(Pass::BlobQuads, &[&[], &["AIRLIGHT_FOGSHOP2007"]]),
         with(Pass::BlobTiles, &[&[], &["AIRLIGHT_FOGSHOP2007"]]),
-        with(Pass::MappedTiles, &[&[]]),
-        with(Pass::MappedRays, &[&[]]),
+        with(Pass::Mapped, &[&[], &["LIGHT_TABLE"]]),
         with(Pass::LightDepth, &[&[]]),
         with(Pass::Surface, &[&[], &["BLOBS"]]),
         Layer::ALL

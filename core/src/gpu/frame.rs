@@ -1,6 +1,6 @@
 //! One frame on the device, read top to bottom as a list of passes.
 
-use super::buffers::{self, Lists, Triangles};
+use super::buffers::{self, Lists, Table, Triangles};
 use super::compose::{self, Composition, Pass};
 use super::device::{Buffer, Failure, Texture};
 use super::layout::{self, Span};
@@ -11,10 +11,17 @@ use crate::airlight::Method;
 use crate::cpu::frame::Context;
 use crate::request::Layer;
 use glam::{DVec2, UVec4};
+use std::sync::Arc;
 use wgpu::{BufferUsages, LoadOp, StoreOp};
 
 /// Pixels along the side of a workgroup.
 const TILE: u32 = 16;
+/// Pixels along the sides of patches of the mapped airlight.
+const SIDES: [u32; 5] = [TILE, 8, 4, 2, 1];
+/// Workgroups of a row of a dispatch over patches.
+const ACROSS: u32 = 1 << 15;
+/// A list of patches, and of workgroups that take them.
+const PATCHES: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::INDIRECT);
 /// Blobs of one dispatch: no loop of a shader comes near 65 535 turns, where drivers may end it.
 const BLOBS_A_DISPATCH: u32 = 1 << 15;
 /// Bytes of the depths from lights to pixels that stand at a time.
@@ -127,7 +134,7 @@ impl Recorder<'_> {
         &self,
         pass: Pass,
         defines: &'static [&'static str],
-    ) -> Result<std::sync::Arc<Pipeline>, Failure> {
+    ) -> Result<Arc<Pipeline>, Failure> {
         self.gpu.pipelines.get(&self.gpu.device, &Composition { pass, defines })
     }
 
@@ -337,38 +344,77 @@ impl Recorder<'_> {
         Ok(())
     }
 
-    /// Airlight by the mapped rule, lamp by lamp.
+    /// Airlight by the mapped rule, lamp by lamp, in patches that get smaller.
     fn mapped(&mut self) -> Result<(), Failure> {
-        let (tiles, rays) =
-            (self.pipeline(Pass::MappedTiles, &[])?, self.pipeline(Pass::MappedRays, &[])?);
-        let Some(fogged) = &self.targets.computed else { return Ok(()) };
-        let grid = self.context.grid;
-        let count = grid.width.div_ceil(TILE as usize) * grid.height.div_ceil(TILE as usize);
+        let (columns, rows) = self.tiles();
         let device = &self.gpu.device;
         // A bit a pixel, tile by tile.
-        let left = device.buffer(32 * count as u64, BufferUsages::STORAGE)?;
+        let all = vec![u8::MAX; 32 * (columns * rows) as usize];
+        let whole = patches(columns, rows);
         for lamp in 0..self.context.lamps.len() as u32 {
-            let span = self.span([lamp, lamp + 1, 0, 0])?;
-            let (lists, targets) = (self.lists, self.targets);
-            let mut entries = vec![
-                entry(0, self.view.handle.as_entire_binding()),
-                entry(1, texture(&targets.hits)),
-                entry(2, lists.blobs.handle.as_entire_binding()),
-                entry(3, fogged.handle.as_entire_binding()),
-                entry(4, span.handle.as_entire_binding()),
-                entry(5, lists.lamps.handle.as_entire_binding()),
-                entry(6, lists.rules.handle.as_entire_binding()),
-                entry(7, left.handle.as_entire_binding()),
-            ];
-            let of_rays = rays.bind(&self.gpu.device, &entries);
-            entries.push(entry(8, lists.tolerance.handle.as_entire_binding()));
-            let of_tiles = tiles.bind(&self.gpu.device, &entries);
-            self.dispatch("airlight", &tiles, &of_tiles, 1);
-            self.dispatch("airlight_rays", &rays, &of_rays, 32);
-            self.kept.push(span);
+            let table = Arc::clone(&self.context.lamps[lamp as usize].table);
+            let table = self.gpu.tables.get(&table, || Table::of(device, &table))?;
+            let left = device.filled(&all, BufferUsages::STORAGE)?;
+            let mut now = device.filled(&whole, PATCHES)?;
+            for side in SIDES {
+                let next = device.buffer(list_bytes(columns * rows * quarters(side)), PATCHES)?;
+                self.mapped_patches(lamp, table.as_ref().as_ref(), &left, side, [&now, &next])?;
+                self.kept.push(now);
+                now = next;
+            }
+            self.kept.extend([now, left]);
         }
-        self.kept.push(left);
         Ok(())
+    }
+
+    fn mapped_patches(
+        &mut self,
+        lamp: u32,
+        table: Option<&Table>,
+        left: &Buffer,
+        side: u32,
+        [now, next]: [&Buffer; 2],
+    ) -> Result<(), Failure> {
+        let Some(fogged) = &self.targets.computed else { return Ok(()) };
+        let defines: &[&str] = if table.is_some() { &["LIGHT_TABLE"] } else { &[] };
+        let pipeline = self.pipeline(Pass::Mapped, defines)?;
+        let span = self.span([lamp, lamp + 1, side, 0])?;
+        let (lists, targets) = (self.lists, self.targets);
+        let mut entries = vec![
+            entry(0, self.view.handle.as_entire_binding()),
+            entry(1, texture(&targets.hits)),
+            entry(2, lists.blobs.handle.as_entire_binding()),
+            entry(3, fogged.handle.as_entire_binding()),
+            entry(4, span.handle.as_entire_binding()),
+            entry(5, lists.lamps.handle.as_entire_binding()),
+            entry(6, lists.rules.handle.as_entire_binding()),
+            entry(7, left.handle.as_entire_binding()),
+            entry(8, lists.tolerance.handle.as_entire_binding()),
+            entry(11, now.handle.as_entire_binding()),
+            entry(12, next.handle.as_entire_binding()),
+        ];
+        if let Some(table) = table {
+            entries.push(entry(9, table.extent.handle.as_entire_binding()));
+            entries.push(entry(10, table.means.handle.as_entire_binding()));
+        }
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: None,
+            timestamp_writes: self.timer.compute("airlight"),
+        });
+        if let Pipeline::Compute(pipeline) = &*pipeline {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bind, &[]);
+            pass.dispatch_workgroups_indirect(&now.handle, 0);
+        }
+        drop(pass);
+        self.kept.push(span);
+        Ok(())
+    }
+
+    fn tiles(&self) -> (u32, u32) {
+        let tiles = |count: usize| (count as u32).div_ceil(TILE);
+        (tiles(self.context.grid.width), tiles(self.context.grid.height))
     }
 
     /// What the layer shows.
@@ -459,6 +505,26 @@ impl Recorder<'_> {
             pass.dispatch_workgroups(tiles(grid.width), tiles(grid.height), a_tile);
         }
     }
+}
+
+/// All tiles of a picture, as patches for a dispatch.
+fn patches(columns: u32, rows: u32) -> Vec<u8> {
+    let count = columns * rows;
+    let head = [count.min(ACROSS), count.div_ceil(ACROSS), 1, count];
+    let places = (0..rows).flat_map(|y| (0..columns).map(move |x| x | (y << 16)));
+    let mut bytes: Vec<_> = head.into_iter().chain(places).flat_map(u32::to_le_bytes).collect();
+    bytes.resize(list_bytes(count) as usize, 0);
+    bytes
+}
+
+/// Bytes of a list of so many patches: a multiple of its first row.
+fn list_bytes(patches: u32) -> u64 {
+    16 + (4 * u64::from(patches)).next_multiple_of(16)
+}
+
+/// Patches half as large as those of that side, in a tile.
+fn quarters(side: u32) -> u32 {
+    4 * (TILE / side) * (TILE / side)
 }
 
 fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEntry<'_> {

@@ -50,8 +50,12 @@ rows! {
     Smooth in "triangles" { a: Vec4, b: Vec4, c: Vec4 }
     /// Where triangles are relative to.
     Anchor in "triangles" { shift: Vec4 }
-    /// What a tile of the mapped airlight may miss.
-    Tolerance in "fogbank::mapped::patch" { whole: Vec4, rule: Vec4 }
+    /// What a patch of the mapped airlight may miss.
+    Tolerance in "fogbank::mapped::patch" { whole: Vec4, rule: Vec4, layers: Vec4 }
+    /// What a light's table covers.
+    Extent in "fogbank::mapped::light_table" {
+        across: Vec4, down: Vec4, toward: Vec4, scale: Vec4
+    }
     /// A plane, a sphere or a box.
     Shape in "shapes" { first: Vec4, second: Vec4, kind: UVec4 }
 }

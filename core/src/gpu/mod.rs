@@ -20,11 +20,13 @@ pub use device::{Failure, Wanted};
 use crate::airlight::Method;
 use crate::cpu::cache::Cache;
 use crate::cpu::edges;
-use crate::cpu::frame::{CENTER, Context, light_sides};
+use crate::cpu::frame::{CENTER, Context, fill_tables, light_sides};
+use crate::cpu::mapped::LightTable;
+use crate::geometry::Geometry;
 use crate::renderer::{Frame, Progress};
 use crate::request::View;
 use crate::scene::CheckedScene;
-use buffers::{Kept, Lists};
+use buffers::{Kept, Lists, Table, Triangles};
 use device::Device;
 use pipelines::Pipelines;
 use staging::Staging;
@@ -39,13 +41,19 @@ pub enum BlobPass {
     Tiles,
 }
 
+/// Geometries whose triangles stay on a device.
+const GEOMETRIES: usize = 2;
+/// Tables of lights that stay there: of a frame with the most lights, or of several with few.
+const TABLES: usize = 64;
+
 /// A device and all that is kept on it.
 #[derive(Debug)]
 pub struct Gpu {
     device: Device,
     pipelines: Pipelines,
     staging: Staging,
-    triangles: Kept,
+    triangles: Kept<Geometry, Triangles>,
+    tables: Kept<Option<LightTable>, Option<Table>>,
     blob_pass: BlobPass,
     /// Whether it forms the mapped airlight.
     maps: bool,
@@ -78,7 +86,8 @@ impl Gpu {
             device,
             pipelines: Pipelines::default(),
             staging: Staging::default(),
-            triangles: Kept::default(),
+            triangles: Kept::new(GEOMETRIES),
+            tables: Kept::new(TABLES),
             blob_pass,
             maps,
         }
@@ -139,7 +148,11 @@ impl Gpu {
             return Ok(None);
         }
         context.lit_blobs = light_sides(&context, cache, scene);
-        let triangles = self.triangles.get(&self.device, &geometry)?;
+        if self.maps {
+            fill_tables(&mut context, cache, scene);
+        }
+        let make = || Triangles::new(&self.device, &geometry);
+        let triangles = self.triangles.get(&geometry, make)?;
         let lists = Lists::new(&self.device, &context)?;
         let mut timings = vec![("prepare", begun.elapsed())];
         let shifts = match view.samples {

@@ -81,7 +81,7 @@ fn make(device: &Device, key: &Composition) -> Result<Pipeline, Failure> {
 }
 
 fn is_compute(pass: Pass) -> bool {
-    matches!(pass, Pass::BlobTiles | Pass::LightDepth | Pass::MappedTiles | Pass::MappedRays)
+    matches!(pass, Pass::BlobTiles | Pass::LightDepth | Pass::Mapped)
 }
 
 fn render(device: &Device, pass: Pass, shader: &wgpu::ShaderModule) -> wgpu::RenderPipeline {

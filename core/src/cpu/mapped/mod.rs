@@ -26,7 +26,8 @@ use crate::vector::V3;
 use control::{Blob, CONTROL, Control, Each, Fields, PADDED, of_place, pairs};
 use crossings::{Crossings, Profile};
 use fearless_simd::{Simd, dispatch};
-use patch::{Patch, Places, Ray, SMALLEST, Surroundings, Tolerance};
+pub use patch::Tolerance;
+use patch::{Patch, Places, Ray, SMALLEST, Surroundings};
 use pilot::{FAINT, Nodes};
 use pixels::{Head, Light, Node, Surface, TAIL, Tail, Terms, surface};
 pub use table::LightTable;
@@ -36,7 +37,7 @@ const CHECK: [f32; 2] = [0.55, 0.45];
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
 /// A layer is at least this share of the blobs' extent.
-const THIN: f32 = 0.02;
+pub const THIN: f32 = 0.02;
 
 /// Adds the airlight of every light along the rays of some batches that stand together, and where
 /// the picture allows it sets what fog takes away, too.

@@ -11,12 +11,12 @@ use glam::{DVec2, Vec2, Vec3};
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// A patch is at most this share of its distance from a light's image.
-    near: f32,
+    pub near: f32,
     /// Share of the fog, in optical depth, that quadratics may miss of blobs that stand between the
     /// rays looked at.
-    hidden: f32,
+    pub hidden: f32,
     /// Half a patch's diagonal is at most this [rad].
-    wide: f32,
+    pub wide: f32,
     /// Relative error of the airlight at the place where it is checked.
     pub rough: f64,
     /// Relative error of a rule, as its own terms tell it.

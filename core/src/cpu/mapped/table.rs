@@ -169,6 +169,27 @@ impl LightTable {
         size_of_val(self.values.as_slice())
     }
 
+    /// Axes of the only face, across, down and towards the fog; zero for the faces of a cube.
+    pub fn axes(&self) -> [DVec3; 3] {
+        self.window.map_or([DVec3::ZERO; 3], |window| window.axes)
+    }
+
+    /// Tangent of half the angle across the only face; 0 for those of a cube.
+    pub fn reach(&self) -> f32 {
+        self.window.map_or(0.0, |window| window.reach as f32)
+    }
+
+    /// ln of the first shell's radius, shells per unit of ln r, samples along the side of a face
+    /// without those beyond its edges, and shells.
+    pub fn scale(&self) -> [f32; 4] {
+        [self.first, self.density, self.side as f32, self.shells as f32]
+    }
+
+    /// `[face][row][column][shell]`, two rows and columns beyond each face's edges.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     fn radius(&self, shell: usize) -> f64 {
         (f64::from(self.first) + shell as f64 / f64::from(self.density)).exp()
     }
