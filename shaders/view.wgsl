@@ -20,7 +20,8 @@ struct View {
     /// rgb: radiance of the veil. w: extinction β₀ of the homogeneous fog [1/m].
     ambient: vec4<f32>,
     /// x: mean cosine g of the phase function. y: depth at which triangles are cut off in front
-    /// [m]. zw: unused.
+    /// [m]. z: exposure by which samples of a pixel are weighed, 0 if all count the same. w:
+    /// exposure of a picture for a screen.
     optics: vec4<f32>,
     /// x: 1 if all rays are parallel. y: pixels of the full picture from one pixel of the targets
     /// to the next, 4 in a draft's low resolution, else 1. z: blobs. w: lamps.

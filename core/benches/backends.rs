@@ -20,11 +20,12 @@ fn main() {
         .warm_up_time(Duration::from_millis(100))
         .measurement_time(Duration::from_millis(800))
         .sample_size(10);
-    let gpu = |pass| Gpu::open(Wanted::Any).unwrap().with_blob_pass(pass);
-    println!("on {}", gpu(BlobPass::Quads).name());
+    let open = |pass| move || Ok(Gpu::open(Wanted::Any)?.with_blob_pass(pass));
+    let gpu = |pass| Renderer::on(open(pass)).unwrap();
+    println!("on {}", open(BlobPass::Quads)().unwrap().name());
     let backends = [
-        ("quads", Renderer::on(gpu(BlobPass::Quads), Wanted::Any)),
-        ("tiles", Renderer::on(gpu(BlobPass::Tiles), Wanted::Any)),
+        ("quads", gpu(BlobPass::Quads)),
+        ("tiles", gpu(BlobPass::Tiles)),
         ("cpu", Renderer::default()),
     ];
     let view = View {

@@ -7,8 +7,9 @@ use crate::request::{Layer, ProbeRay, View};
 use crate::scene::CheckedScene;
 use crate::selftest::{self, BackendReport};
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A finished image: linear radiance, optical depths or distances, before any encoding.
@@ -20,8 +21,10 @@ pub struct Frame {
     pub height: usize,
     /// What the numbers are.
     pub layer: Layer,
-    /// `[height][width][layer.channels()]`, top row first.
+    /// `[height][width][layer.channels()]`, top row first; empty if the frame is `shown`.
     pub pixels: Vec<f32>,
+    /// What a screen shows, `[height][width][3]` in sRGB, where the backend has formed that.
+    pub shown: Option<Vec<u8>>,
     /// What each pass took, in order.
     pub timings: Vec<(&'static str, Duration)>,
     /// Where it was made: `cpu` or `gpu`.
@@ -87,22 +90,36 @@ pub enum Backend {
 }
 
 /// Renders on one of the backends. One of it is enough for a process; it may be shared between
-/// threads.
+/// threads, whose frames do not wait for each other.
 #[derive(Debug, Default)]
 pub struct Renderer {
     cpu: Cpu,
-    gpu: Option<Mutex<Slot>>,
+    gpu: Option<Slot>,
 }
 
 /// A device that may have to be opened anew.
 #[derive(Debug)]
 struct Slot {
-    gpu: Option<Gpu>,
-    wanted: Wanted,
-    /// When it was opened anew.
-    reopened: VecDeque<Instant>,
+    open: Opener,
+    device: Mutex<Opened>,
     /// Whether the CPU has taken over.
     fallen_back: Arc<AtomicBool>,
+}
+
+#[derive(Debug)]
+struct Opened {
+    gpu: Option<Arc<Gpu>>,
+    /// When it was opened anew.
+    reopened: VecDeque<Instant>,
+}
+
+/// Opens a device.
+struct Opener(Box<dyn Fn() -> Result<Gpu, Failure> + Send + Sync>);
+
+impl fmt::Debug for Opener {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Opener")
+    }
 }
 
 /// How often a device is opened anew within [`PERIOD`]; after that the CPU takes over.
@@ -110,31 +127,46 @@ const REOPENINGS: usize = 3;
 const PERIOD: Duration = Duration::from_secs(600);
 
 impl Slot {
+    fn opened(&self) -> MutexGuard<'_, Opened> {
+        self.device.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn gpu(&self) -> Option<Arc<Gpu>> {
+        self.opened().gpu.clone()
+    }
+
     /// What the device makes of a job, on a fresh one if this one fails; `None` leaves it to the CPU.
-    fn run(&mut self, job: impl Fn(&Gpu) -> Result<Option<Frame>, Failure>) -> Option<Frame> {
+    fn run(&self, job: impl Fn(&Gpu) -> Result<Option<Frame>, Failure>) -> Option<Frame> {
         for _ in 0..2 {
-            match job(self.gpu.as_ref()?) {
+            let gpu = self.gpu()?;
+            match job(&gpu) {
                 Ok(frame) => return frame,
                 // Less memory than the job takes is no fault of the device's, and an interruption
                 // is noticed again by the CPU.
                 Err(Failure::Memory(_) | Failure::Interrupted) => return None,
-                Err(failure) => self.reopen(&failure),
+                Err(failure) => self.replace(&gpu, &failure),
             }
         }
         None
     }
 
-    fn reopen(&mut self, failure: &Failure) {
-        if let Some(gpu) = self.gpu.take() {
-            tracing::warn!("{}: {failure}", gpu.name());
-            gpu.abandon();
+    /// Opens the device anew, unless another thread has done so.
+    fn replace(&self, failed: &Arc<Gpu>, failure: &Failure) {
+        let mut opened = self.opened();
+        if !opened.gpu.as_ref().is_some_and(|gpu| Arc::ptr_eq(gpu, failed)) {
+            return;
         }
-        self.reopened.retain(|then| then.elapsed() < PERIOD);
-        if self.reopened.len() < REOPENINGS {
-            self.reopened.push_back(Instant::now());
-            self.gpu = Gpu::open(self.wanted).ok();
+        tracing::warn!("{}: {failure}", failed.name());
+        if *failure == Failure::Silent {
+            failed.abandon();
         }
-        self.fallen_back.store(self.gpu.is_none(), Ordering::Relaxed);
+        opened.gpu = None;
+        opened.reopened.retain(|then| then.elapsed() < PERIOD);
+        if opened.reopened.len() < REOPENINGS {
+            opened.reopened.push_back(Instant::now());
+            opened.gpu = (self.open.0)().ok().map(Arc::new);
+        }
+        self.fallen_back.store(opened.gpu.is_none(), Ordering::Relaxed);
     }
 }
 
@@ -144,35 +176,37 @@ impl Renderer {
     /// # Errors
     /// Where a GPU is asked for and there is none.
     pub fn open(backend: Backend) -> Result<Self, Failure> {
-        let wanted = match backend {
-            Backend::Cpu => return Ok(Self::default()),
-            Backend::Auto => Wanted::Hardware,
-            Backend::Gpu => Wanted::Any,
-        };
-        match Gpu::open(wanted) {
-            Ok(gpu) => Ok(Self::on(gpu, wanted)),
-            Err(_) if backend == Backend::Auto => Ok(Self::default()),
-            Err(failure) => Err(failure),
+        match backend {
+            Backend::Cpu => Ok(Self::default()),
+            Backend::Gpu => Self::on(|| Gpu::open(Wanted::Any)),
+            Backend::Auto => Ok(Self::on(|| Gpu::open(Wanted::Hardware)).unwrap_or_default()),
         }
     }
 
-    /// A renderer on a device; where that fails, on another one that will do.
-    pub fn on(gpu: Gpu, wanted: Wanted) -> Self {
-        let reopened = VecDeque::new();
-        let slot = Slot { gpu: Some(gpu), wanted, reopened, fallen_back: Arc::default() };
-        Self { cpu: Cpu::default(), gpu: Some(Mutex::new(slot)) }
+    /// A renderer on a device, which is opened anew where it fails.
+    ///
+    /// # Errors
+    /// Where it cannot be opened.
+    pub fn on(
+        open: impl Fn() -> Result<Gpu, Failure> + Send + Sync + 'static,
+    ) -> Result<Self, Failure> {
+        let opened = Opened { gpu: Some(Arc::new(open()?)), reopened: VecDeque::new() };
+        let slot = Slot {
+            open: Opener(Box::new(open)),
+            device: Mutex::new(opened),
+            fallen_back: Arc::default(),
+        };
+        Ok(Self { cpu: Cpu::default(), gpu: Some(slot) })
     }
 
     /// What frames are made on now.
     pub fn backend(&self) -> &'static str {
-        let has_device = |slot: &Mutex<Slot>| Self::lock(slot).gpu.is_some();
-        if self.gpu.as_ref().is_some_and(has_device) { "gpu" } else { "cpu" }
+        if self.gpu().is_some() { "gpu" } else { "cpu" }
     }
 
     /// Becomes true when the CPU has to take over from a GPU that failed again and again.
     pub fn fallback(&self) -> Arc<AtomicBool> {
-        let flag = |slot: &Mutex<Slot>| Arc::clone(&Self::lock(slot).fallen_back);
-        self.gpu.as_ref().map(flag).unwrap_or_default()
+        self.gpu.as_ref().map(|slot| Arc::clone(&slot.fallen_back)).unwrap_or_default()
     }
 
     /// What both backends make of a few scenes, against the f64 maths.
@@ -181,24 +215,21 @@ impl Renderer {
     /// [`Interrupted`] when `progress` says so.
     pub fn selftest(&self, progress: &Progress) -> Result<Vec<BackendReport>, Interrupted> {
         let mut reports = vec![selftest::of_cpu(&self.cpu, progress)?];
-        if let Some(slot) = &self.gpu
-            && let Some(gpu) = &Self::lock(slot).gpu
-        {
-            reports.push(selftest::of_gpu(gpu, &self.cpu, progress)?);
+        if let Some(gpu) = self.gpu() {
+            reports.push(selftest::of_gpu(&gpu, &self.cpu, progress)?);
         }
         Ok(reports)
     }
 
-    /// Does something to the device, if there is one.
-    #[cfg(test)]
-    pub(crate) fn with_gpu(&self, work: impl Fn(&Gpu)) {
-        if let Some(slot) = &self.gpu {
-            Self::lock(slot).gpu.iter().for_each(work);
-        }
+    /// The device, if there is one.
+    pub(crate) fn gpu(&self) -> Option<Arc<Gpu>> {
+        self.gpu.as_ref().and_then(Slot::gpu)
     }
 
-    fn lock(slot: &Mutex<Slot>) -> std::sync::MutexGuard<'_, Slot> {
-        slot.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Forgets how often the device was opened anew.
+    #[cfg(test)]
+    pub(crate) fn forgive(&self) {
+        self.gpu.iter().for_each(|slot| slot.opened().reopened.clear());
     }
 
     /// Renders one layer of a frame. `samples` of 1 or `None` traces pixel centres only.
@@ -212,7 +243,7 @@ impl Renderer {
         progress: &Progress,
     ) -> Result<Frame, Interrupted> {
         let job = |gpu: &Gpu| gpu.render(&self.cpu.cache, scene, view, progress);
-        let frame = self.gpu.as_ref().and_then(|slot| Self::lock(slot).run(job));
+        let frame = self.gpu.as_ref().and_then(|slot| slot.run(job));
         match frame {
             Some(frame) => Ok(frame),
             None => self.cpu.render(scene, view, progress),

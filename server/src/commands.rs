@@ -3,7 +3,7 @@
 use crate::cli::{CompareArgs, Output, ProbeArgs, RenderArgs};
 use crate::routes::probe::ProbeAnswer;
 use fogbank_core::compare::{self, CompareRequest, Side};
-use fogbank_core::gpu::{self, Gpu, Wanted};
+use fogbank_core::gpu::{self, Gpu};
 use fogbank_core::image::{encode, encode_errors};
 use fogbank_core::request::{Layer, ProbeRequest, Quality, RayRequest, RenderRequest, Tonemap};
 use fogbank_core::scene::{self, Problem, ReadError, Scene};
@@ -109,7 +109,7 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
 pub fn backends() -> Result<(), Failure> {
     let mut renderers = vec![Renderer::default()];
     for adapter in gpu::device::adapters() {
-        renderers.extend(Gpu::of(&adapter).map(|gpu| Renderer::on(gpu, Wanted::Any)));
+        renderers.extend(Renderer::on(move || Gpu::of(&adapter)));
     }
     let scene = presets::all().into_iter().find(|preset| preset.name == TIMED_PRESET);
     let request = RenderRequest {

@@ -1,5 +1,6 @@
 // The same as blob_quads.wgsl in a compute shader: a workgroup takes a tile, finds the blobs that
-// matter to it, and sums them up along its rays. Adds to the buffer.
+// matter to it, and sums them up along its rays. Adds to the buffer; with MISSING only to pixels
+// that a draft's low resolution lends nothing to.
 //
 // Twins: core/src/cpu/kernels.rs, blobs_on_view in core/src/cpu/fog.rs.
 
@@ -7,6 +8,9 @@
 #import fogbank::bundle
 #import fogbank::tile
 #import fogbank::media::gaussians
+#ifdef MISSING
+#import fogbank::sparse
+#endif
 #ifdef AIRLIGHT_FOGSHOP2007
 #import fogbank::num
 #import fogbank::lamp
@@ -26,6 +30,10 @@
 @group(0) @binding(6) var<storage, read> lit: array<vec4<f32>>;
 #endif
 
+#ifdef MISSING
+@group(0) @binding(7) var surfaces: texture_2d<u32>;
+#endif
+
 @compute @workgroup_size(16, 16)
 fn add(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -35,10 +43,13 @@ fn add(
     let pixel = group.xy * tile::SIDE + local.xy;
     let ray = view::ray_of(frame, pixel);
     var length_m = 0.0;
-    if view::is_inside(frame, pixel) {
+    if is_asked_for(pixel) {
         length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
     }
     let longest = tile::largest(place, vec4<f32>(length_m)).x;
+    if longest == 0.0 {
+        return;
+    }
     let seen_by_tile = bundle_of(group.xy, longest);
 
     var sum = vec4<f32>(0.0);
@@ -53,9 +64,17 @@ fn add(
             }
         }
     }
-    if view::is_inside(frame, pixel) {
+    if is_asked_for(pixel) {
         fogged[view::index_of(frame, pixel)] += sum;
     }
+}
+
+fn is_asked_for(pixel: vec2<u32>) -> bool {
+#ifdef MISSING
+    return view::is_inside(frame, pixel) && sparse::is_missing(frame, hits, surfaces, pixel);
+#else
+    return view::is_inside(frame, pixel);
+#endif
 }
 
 fn bundle_of(tile_place: vec2<u32>, longest: f32) -> bundle::Bundle {

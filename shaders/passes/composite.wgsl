@@ -1,25 +1,38 @@
-// What a layer shows, put together of surface radiance, fog and veil. The fog may stand in a
-// texture (FOG_TEXTURE, from the passes that blend), in a buffer (FOG_BUFFER, from the compute
-// passes), in both, or be absent.
+// What a layer shows, put together of surface radiance, fog and veil, and added to what other
+// samples of the pixels show. The fog stands in a texture (from the passes that blend), in a buffer
+// (FOG_BUFFER, from the compute passes), and in a draft's low resolution (FOG_LOW).
 //
-// Twin: compose in core/src/cpu/composite.rs.
+// The first sample of several finds edges (MARK_EDGES); the others count at those (AT_EDGES).
+//
+// Twins: compose in core/src/cpu/composite.rs, is_edge and weight in core/src/cpu/edges.rs.
 
 #import fogbank::num
 #import fogbank::view
+#import fogbank::sparse
 
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
 @group(0) @binding(2) var radiance: texture_2d<f32>;
-#ifdef FOG_TEXTURE
 @group(0) @binding(3) var fog_texture: texture_2d<f32>;
-#endif
 #ifdef FOG_BUFFER
 @group(0) @binding(4) var<storage, read> fog_buffer: array<vec4<f32>>;
 #endif
-
-#ifdef EDGES
-@group(0) @binding(5) var surfaces: texture_2d<u32>;
+#ifdef FOG_LOW
+@group(0) @binding(5) var<storage, read> fog_low: array<vec4<f32>>;
 #endif
+@group(0) @binding(6) var surfaces: texture_2d<u32>;
+#ifdef AT_EDGES
+@group(0) @binding(7) var edges: texture_2d<u32>;
+#endif
+
+struct Sample {
+    /// rgb: the layer's value by its weight. w: the weight.
+    @location(0) value: vec4<f32>,
+#ifdef MARK_EDGES
+    /// 1 where more samples are worth while, else 0.
+    @location(1) edge: u32,
+#endif
+}
 
 @vertex
 fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -27,22 +40,39 @@ fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 }
 
 @fragment
-fn compose(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+fn compose(@builtin(position) at: vec4<f32>) -> Sample {
     let pixel = vec2<u32>(at.xy);
+#ifdef AT_EDGES
+    if textureLoad(edges, pixel, 0).x == 0u {
+        discard;
+    }
+#endif
+    let value = layer(pixel);
+    // On a screen a lamp's rim is a rim only if its radiance counts no more than white.
+    let weight = 1.0 / (1.0 + max(value.r, max(value.g, value.b)) * frame.optics.z);
+    var sample: Sample;
+    sample.value = vec4<f32>(value * weight, weight);
+#ifdef MARK_EDGES
+    sample.edge = edge(pixel);
+#endif
+    return sample;
+}
+
+fn layer(pixel: vec2<u32>) -> vec3<f32> {
 #ifdef LAYER_BEAUTY
-    return vec4<f32>(beauty(pixel), edge(pixel));
+    return beauty(pixel);
 #else ifdef LAYER_AIRLIGHT
-    return vec4<f32>(fog(pixel).rgb, edge(pixel));
+    return fog(pixel).rgb;
 #else ifdef LAYER_SURFACE
-    return vec4<f32>(textureLoad(radiance, pixel, 0).rgb, edge(pixel));
+    return textureLoad(radiance, pixel, 0).rgb;
 #else ifdef LAYER_NORMAL
-    return vec4<f32>(textureLoad(hits, pixel, 0).xyz, edge(pixel));
+    return textureLoad(hits, pixel, 0).xyz;
 #else ifdef LAYER_OPTICAL_DEPTH
-    return vec4<f32>(fog(pixel).w, 0.0, 0.0, edge(pixel));
+    return vec3<f32>(fog(pixel).w, 0.0, 0.0);
 #else ifdef LAYER_TRANSMITTANCE
-    return vec4<f32>(num::exp_bounded(-fog(pixel).w), 0.0, 0.0, edge(pixel));
+    return vec3<f32>(num::exp_bounded(-fog(pixel).w), 0.0, 0.0);
 #else
-    return vec4<f32>(textureLoad(hits, pixel, 0).w, 0.0, 0.0, edge(pixel));
+    return vec3<f32>(textureLoad(hits, pixel, 0).w, 0.0, 0.0);
 #endif
 }
 
@@ -55,19 +85,30 @@ fn beauty(pixel: vec2<u32>) -> vec3<f32> {
 
 /// Airlight and optical depth of a pixel.
 fn fog(pixel: vec2<u32>) -> vec4<f32> {
-    var sum = vec4<f32>(0.0);
-#ifdef FOG_TEXTURE
-    sum += textureLoad(fog_texture, pixel, 0);
-#endif
+    var sum = textureLoad(fog_texture, pixel, 0);
 #ifdef FOG_BUFFER
     sum += fog_buffer[view::index_of(frame, pixel)];
+#endif
+#ifdef FOG_LOW
+    sum += low_fog(pixel);
 #endif
     return sum;
 }
 
-/// 1 where EDGES are asked for and the pixel is one: there more samples are worth while. Else 0.
-fn edge(pixel: vec2<u32>) -> f32 {
-#ifdef EDGES
+#ifdef FOG_LOW
+fn low_fog(pixel: vec2<u32>) -> vec4<f32> {
+    let around = sparse::around(frame, pixel);
+    let weights = sparse::weights(frame, hits, surfaces, around, pixel);
+    var sum = vec4<f32>(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        sum += weights[i] * fog_low[sparse::index_of(frame, sparse::cell(around, i))];
+    }
+    return sum;
+}
+#endif
+
+#ifdef MARK_EDGES
+fn edge(pixel: vec2<u32>) -> u32 {
     let last = vec2<u32>(frame.size.xy) - 1u;
     let before = max(pixel, vec2<u32>(1u)) - 1u;
     let after = min(pixel + 1u, last);
@@ -75,16 +116,10 @@ fn edge(pixel: vec2<u32>) -> f32 {
         || differs(pixel, vec2<u32>(after.x, pixel.y))
         || differs(pixel, vec2<u32>(pixel.x, before.y))
         || differs(pixel, vec2<u32>(pixel.x, after.y));
-    return select(0.0, 1.0, is_edge);
-#else
-    return 0.0;
-#endif
+    return select(0u, 1u, is_edge);
 }
 
-#ifdef EDGES
 /// Whether two pixels see another surface, orientation or depth.
-///
-/// Twin: is_edge in core/src/cpu/edges.rs.
 fn differs(a: vec2<u32>, b: vec2<u32>) -> bool {
     if textureLoad(surfaces, a, 0).x != textureLoad(surfaces, b, 0).x {
         return true;

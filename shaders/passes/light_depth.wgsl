@@ -1,5 +1,6 @@
 // Optical depth T(s, p) between one lamp and what every pixel sees of a surface. A workgroup takes
-// a tile, bounds its surface points by a ball, and finds the blobs between the lamp and that.
+// a tile, bounds its surface points by a ball, and finds the blobs between the lamp and that. With
+// MISSING it is 0 but for pixels that a draft's low resolution lends nothing to.
 //
 // Twin: light_depth and blobs_between in core/src/cpu/shade.rs.
 
@@ -8,6 +9,9 @@
 #import fogbank::lamp
 #import fogbank::tile
 #import fogbank::media::gaussians
+#ifdef MISSING
+#import fogbank::sparse
+#endif
 
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
@@ -29,7 +33,7 @@ fn measure(
     let pixel = group.xy * tile::SIDE + local.xy;
     let light = lamps[part.range.z].position.xyz;
     let full = view::pixel_of(frame, pixel);
-    let sees = view::is_inside(frame, pixel) && textureLoad(surfaces, full, 0).x != view::NOTHING;
+    let sees = view::is_inside(frame, pixel) && sees_surface(full);
     let point = point_of(pixel, full);
     let way = gaussians::way_between(light, point);
     let between = bundle_to(place, point - light, sees, light);
@@ -47,8 +51,18 @@ fn measure(
         }
     }
     if view::is_inside(frame, pixel) {
-        store(pixel, depth, way.length_m);
+        store(pixel, select(0.0, depth, sees), select(0.0, way.length_m, sees));
     }
+}
+
+/// Whether a pixel of the full picture sees a surface whose depth is asked for.
+fn sees_surface(pixel: vec2<u32>) -> bool {
+#ifdef MISSING
+    if !sparse::is_missing(frame, hits, surfaces, pixel) {
+        return false;
+    }
+#endif
+    return textureLoad(surfaces, pixel, 0).x != view::NOTHING;
 }
 
 /// Where the pixel's ray ends, from the camera.

@@ -1,12 +1,14 @@
 // Radiance that the surface seen by every pixel sends towards the eye: its own, and what it
 // reflects of the lamps, each dimmed by the fog between. Without BLOBS that fog is the homogeneous
-// one alone. Added to the target, so that lamps may be taken in several passes.
+// one alone; with LOW most depths come from a draft's low resolution. Added to the target, so that
+// lamps may be taken in several passes.
 //
 // Twin: surface_radiance in core/src/cpu/shade.rs.
 
 #import fogbank::num
 #import fogbank::view
 #import fogbank::lamp
+#import fogbank::sparse
 #import fogbank::surface::attenuated
 
 @group(0) @binding(0) var<uniform> frame: view::View;
@@ -20,6 +22,10 @@
 #ifdef BLOBS
 /// For every lamp of this pass, its optical depth to every pixel's surface; lamps outside.
 @group(0) @binding(6) var<storage, read> depths: array<f32>;
+#endif
+#ifdef LOW
+/// The same in the low resolution; 0 stands above for what comes from here.
+@group(0) @binding(7) var<storage, read> low_depths: array<f32>;
 #endif
 
 @vertex
@@ -37,10 +43,18 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let surface = min(textureLoad(surfaces, full, 0).x, arrayLength(&materials) - 1u);
     let material = materials[surface];
     var sum = select(vec3<f32>(0.0), material.emission.rgb, part.range.x == 0u);
+#ifdef LOW
+    let around = sparse::around(frame, pixel);
+    let weights = sparse::weights(frame, hits, surfaces, around, pixel);
+#endif
     for (var i = part.range.x; i < part.range.y; i++) {
         let light = lamps[i];
         let toward = light.position.xyz - point;
-        let through = num::exp_bounded(-depth_of(i, pixel, toward));
+        var depth = depth_of(i, pixel, toward);
+#ifdef LOW
+        depth += low_depth(i, around, weights);
+#endif
+        let through = num::exp_bounded(-depth);
         let reflected = attenuated::reflection(
             hit.xyz,
             ray.direction,
@@ -64,3 +78,15 @@ fn depth_of(place: u32, pixel: vec2<u32>, toward: vec3<f32>) -> f32 {
     return frame.ambient.w * length(toward);
 #endif
 }
+
+#ifdef LOW
+fn low_depth(place: u32, around: sparse::Around, weights: vec4<f32>) -> f32 {
+    let size = sparse::size_of(frame);
+    let first = (place - part.range.x) * size.x * size.y;
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        sum += weights[i] * low_depths[first + sparse::index_of(frame, sparse::cell(around, i))];
+    }
+    return sum;
+}
+#endif

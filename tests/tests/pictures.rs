@@ -354,6 +354,7 @@ fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<u8> {
         height: 1,
         layer: Layer::Beauty,
         pixels,
+        shown: None,
         timings: vec![],
         backend: "cpu",
     };

@@ -7,7 +7,7 @@ use super::fog::Ends;
 use super::frame::Context;
 use super::trace::Order;
 use super::viewpoint::Tile;
-use crate::request::Layer;
+use crate::request::{Layer, View};
 use glam::DVec2;
 
 /// Edge pixels of a tile, by place, as means of their samples.
@@ -138,12 +138,17 @@ fn order(places: &[usize], shifts: &[DVec2]) -> Order {
 }
 
 /// On a screen a lamp's rim is a rim only if its radiance counts no more than white.
-pub fn weight(context: &Context, value: [f32; 3]) -> f32 {
-    if !(context.view.for_screen && context.view.layer == Layer::Beauty) {
+fn weight(context: &Context, value: [f32; 3]) -> f32 {
+    if !weighs(&context.view) {
         return 1.0;
     }
     let exposed = value.into_iter().fold(0.0, f32::max) * context.view.exposure_ev.exp2() as f32;
     1.0 / (1.0 + exposed)
+}
+
+/// Whether samples are weighed by their radiance.
+pub fn weighs(view: &View) -> bool {
+    view.for_screen && view.layer == Layer::Beauty
 }
 
 /// Evenly spread places in a pixel: the additive recurrence of the plastic number.

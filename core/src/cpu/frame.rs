@@ -110,8 +110,8 @@ pub fn render(
     clock.lap("composite")?;
 
     let (width, height) = (context.grid.width, context.grid.height);
-    let timings = clock.laps;
-    Ok(Frame { width, height, layer: view.layer, pixels, timings, backend: "cpu" })
+    let (timings, backend) = (clock.laps, "cpu");
+    Ok(Frame { width, height, layer: view.layer, pixels, shown: None, timings, backend })
 }
 
 impl<'a> Context<'a> {

@@ -6,8 +6,10 @@ use super::layout::{
     self, Anchor, Blob, Extent, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View,
 };
 use crate::airlight::Method;
+use crate::cpu::edges;
 use crate::cpu::frame::Context;
 use crate::cpu::mapped::{self, LightTable};
+use crate::cpu::viewpoint::Grid;
 use crate::geometry::{Geometry, Solid};
 use crate::media::PICTURE_LOSS;
 use crate::quadrature::gauss_legendre;
@@ -259,20 +261,23 @@ fn materials(context: &Context) -> Vec<Material> {
     all.map(material).collect()
 }
 
-/// The camera and the picture, its pixels sampled at a place within them.
-pub fn view(context: &Context, sample: DVec2) -> View {
+/// The camera and the picture, its pixels sampled at a place within them; for targets of which a
+/// pixel stands for `step` of the picture across and down.
+pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> View {
     let viewpoint = &context.viewpoint;
     let (right, up) = viewpoint.half_axes();
     let (width, height) = (context.grid.width as f32, context.grid.height as f32);
     let [r, g, b] = context.ambient;
-    let counts = [context.field.blobs.len(), context.lamps.len()].map(|count| count as u32);
+    let counts = [step, context.field.blobs.len(), context.lamps.len()].map(|count| count as u32);
+    let exposure = context.view.exposure_ev.exp2() as f32;
+    let weighing = if edges::weighs(&context.view) { exposure } else { 0.0 };
     View {
         forward: viewpoint.forward.as_vec3().extend(context.far_m),
         right: right.as_vec3().extend(sample.x as f32),
         up: up.as_vec3().extend(sample.y as f32),
-        size: Vec4::new(width, height, width, height),
+        size: Vec4::new(width, height, targets.width as f32, targets.height as f32),
         ambient: Vec4::new(r, g, b, context.field.homogeneous.beta as f32),
-        optics: Vec4::new(context.phase.g as f32, CUT_OFF, 0.0, 0.0),
-        counts: UVec4::new(u32::from(viewpoint.parallel), 1, counts[0], counts[1]),
+        optics: Vec4::new(context.phase.g as f32, CUT_OFF, weighing, exposure),
+        counts: UVec4::new(u32::from(viewpoint.parallel), counts[0], counts[1], counts[2]),
     }
 }

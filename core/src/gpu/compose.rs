@@ -1,7 +1,7 @@
 //! The shaders, put together from `shaders/`: a pass with the media, the airlight and the surface
 //! model that it works with. What is put together names a pipeline; nothing is chosen at run time.
 
-use crate::request::Layer;
+use crate::request::{Layer, Tonemap};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
 };
@@ -21,6 +21,7 @@ const MODULES: &[(&str, &str)] = &sources![
     "lamp",
     "surfaces",
     "screen",
+    "sparse",
     "bundle",
     "media/homogeneous",
     "media/gaussians",
@@ -44,6 +45,9 @@ macro_rules! passes {
         pub enum Pass { $($(#[$doc])* $name),* }
 
         impl Pass {
+            /// All passes.
+            const ALL: [Self; [$($stem),*].len()] = [$(Self::$name),*];
+
             /// The name of its file in `shaders/passes/`.
             pub fn stem(self) -> &'static str {
                 match self { $(Self::$name => $stem),* }
@@ -79,65 +83,87 @@ passes! {
     Surface = "surface",
     /// What a layer shows.
     Composite = "composite",
+    /// The mean of the samples, as it is or for a screen.
+    Tonemap = "tonemap",
 }
 
 /// A pass and what it is put together with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Composition {
     /// The pass.
     pub pass: Pass,
     /// Names that its text asks for.
-    pub defines: &'static [&'static str],
+    pub defines: Vec<&'static str>,
+}
+
+impl Composition {
+    /// Of a pass, with the names of all lists.
+    pub fn new(pass: Pass, defines: &[&[&'static str]]) -> Self {
+        Self { pass, defines: defines.concat() }
+    }
+}
+
+/// The name by which [`Pass::Composite`] knows a layer.
+pub fn of_layer(layer: Layer) -> &'static [&'static str] {
+    match layer {
+        Layer::Beauty => &["LAYER_BEAUTY"],
+        Layer::Airlight => &["LAYER_AIRLIGHT"],
+        Layer::Surface => &["LAYER_SURFACE"],
+        Layer::Normal => &["LAYER_NORMAL"],
+        Layer::OpticalDepth => &["LAYER_OPTICAL_DEPTH"],
+        Layer::Transmittance => &["LAYER_TRANSMITTANCE"],
+        Layer::Depth => &[],
+    }
+}
+
+/// The names by which [`Pass::Tonemap`] knows a tone map.
+pub fn of_tonemap(tonemap: Tonemap) -> &'static [&'static str] {
+    match tonemap {
+        Tonemap::Agx => &["SCREEN", "AGX"],
+        Tonemap::Reinhard => &["SCREEN", "REINHARD"],
+        Tonemap::None => &["SCREEN"],
+    }
+}
+
+/// What a pass may be put together with: one choice of every list.
+fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
+    match pass {
+        Pass::Triangles | Pass::Shapes => vec![],
+        Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
+        Pass::Homogeneous => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
+        Pass::BlobQuads => vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]]],
+        Pass::BlobTiles => {
+            vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
+        }
+        Pass::Mapped => vec![vec![&[], &["LIGHT_TABLE"]]],
+        Pass::Surface => vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"]]],
+        Pass::Composite => vec![
+            Layer::ALL.map(of_layer).to_vec(),
+            vec![&[], &["FOG_BUFFER"]],
+            vec![&[], &["FOG_LOW"]],
+            vec![&[], &["MARK_EDGES"], &["AT_EDGES"]],
+        ],
+        Pass::Tonemap => {
+            let shown = [Tonemap::Agx, Tonemap::Reinhard, Tonemap::None].map(of_tonemap);
+            vec![[&[][..]].into_iter().chain(shown).collect()]
+        }
+    }
 }
 
 /// Every composition that a frame may need.
 pub fn compositions() -> Vec<Composition> {
-    let with = |pass, defines: &[&'static [&'static str]]| {
-        defines.iter().map(move |defines| Composition { pass, defines }).collect::<Vec<_>>()
+    let all = |pass: Pass| {
+        let mut keys = vec![Composition::new(pass, &[])];
+        for choice in choices(pass) {
+            let with = |key: &Composition| {
+                let key = key.clone();
+                choice.iter().map(move |names| Composition::new(pass, &[&key.defines, names]))
+            };
+            keys = keys.iter().flat_map(with).collect();
+        }
+        keys
     };
-    [
-        with(Pass::Triangles, &[&[]]),
-        with(Pass::Shapes, &[&[]]),
-        with(Pass::Homogeneous, &[&[], &["AIRLIGHT_SUN2005"]]),
-        with(Pass::BlobQuads, &[&[], &["AIRLIGHT_FOGSHOP2007"]]),
-        with(Pass::BlobTiles, &[&[], &["AIRLIGHT_FOGSHOP2007"]]),
-        with(Pass::Mapped, &[&[], &["LIGHT_TABLE"]]),
-        with(Pass::LightDepth, &[&[]]),
-        with(Pass::Surface, &[&[], &["BLOBS"]]),
-        Layer::ALL
-            .into_iter()
-            .flat_map(|layer| {
-                let all = [(false, false), (false, true), (true, false), (true, true)];
-                all.map(|(computed, edges)| composite(layer, computed, edges))
-            })
-            .collect(),
-    ]
-    .concat()
-}
-
-/// The pass that puts a layer together, with fog from passes that draw and, maybe, compute; and
-/// that finds edges, if asked to.
-pub fn composite(layer: Layer, computed: bool, edges: bool) -> Composition {
-    macro_rules! with {
-        ($($define:literal),*) => {
-            match (computed, edges) {
-                (false, false) => &[$($define,)* "FOG_TEXTURE"],
-                (false, true) => &[$($define,)* "FOG_TEXTURE", "EDGES"],
-                (true, false) => &[$($define,)* "FOG_TEXTURE", "FOG_BUFFER"],
-                (true, true) => &[$($define,)* "FOG_TEXTURE", "FOG_BUFFER", "EDGES"],
-            }
-        };
-    }
-    let defines: &[&str] = match layer {
-        Layer::Beauty => with!("LAYER_BEAUTY"),
-        Layer::Airlight => with!("LAYER_AIRLIGHT"),
-        Layer::Surface => with!("LAYER_SURFACE"),
-        Layer::Normal => with!("LAYER_NORMAL"),
-        Layer::OpticalDepth => with!("LAYER_OPTICAL_DEPTH"),
-        Layer::Transmittance => with!("LAYER_TRANSMITTANCE"),
-        Layer::Depth => with!(),
-    };
-    Composition { pass: Pass::Composite, defines }
+    Pass::ALL.into_iter().flat_map(all).collect()
 }
 
 /// The composition as naga reads it.

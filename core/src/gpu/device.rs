@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
+use wgpu::SubmissionIndex;
 
 /// Bytes that all buffers and textures of a device may take together: drivers promise more than
 /// there is.
@@ -43,6 +44,19 @@ pub enum Failure {
     Interrupted,
 }
 
+/// How far a frame is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// A pipeline is about to be made.
+    Pipeline,
+    /// What the passes read is on its way to the device.
+    Upload,
+    /// The passes were submitted.
+    Dispatch,
+    /// The picture is about to be read.
+    Map,
+}
+
 /// Which adapters will do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
@@ -64,6 +78,9 @@ pub struct Device {
     lost: Arc<AtomicBool>,
     refused: Arc<Mutex<Option<Failure>>>,
     taken: Arc<AtomicU64>,
+    /// Where the device's life ends; for tests.
+    #[cfg(test)]
+    pub doom: Mutex<Option<Stage>>,
 }
 
 /// Bytes that count against a device as long as this lives.
@@ -157,7 +174,16 @@ impl Device {
             slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
         }));
         let info = adapter.get_info();
-        Ok(Self { info, handle, queue, lost, refused, taken: Arc::default() })
+        Ok(Self {
+            info,
+            handle,
+            queue,
+            lost,
+            refused,
+            taken: Arc::default(),
+            #[cfg(test)]
+            doom: Mutex::default(),
+        })
     }
 
     /// Whether it runs on a processor made for it.
@@ -250,38 +276,64 @@ impl Device {
         self.look().map(|()| Texture { handle, view, _share: share })
     }
 
-    /// Submits commands, and waits until `staging` can be read.
+    /// A frame is so far.
+    pub fn reached(&self, stage: Stage) {
+        tracing::trace!("{stage:?}");
+        #[cfg(test)]
+        if *self.doom.lock().unwrap_or_else(PoisonError::into_inner) == Some(stage) {
+            self.handle.destroy();
+        }
+    }
+
+    /// Starts to work on commands.
+    ///
+    /// # Errors
+    /// Where the device is lost or refuses.
+    pub fn submit(&self, commands: wgpu::CommandBuffer) -> Result<SubmissionIndex, Failure> {
+        let submission = self.queue.submit([commands]);
+        self.reached(Stage::Dispatch);
+        self.look().map(|()| submission)
+    }
+
+    /// Waits until commands are done.
     ///
     /// # Errors
     /// Where the device is lost, refuses, or stays silent.
-    pub fn fetch(
+    pub fn finish(&self, submission: &SubmissionIndex) -> Result<(), Failure> {
+        let end = Instant::now() + PATIENCE;
+        while !self.poll(submission)? {
+            if Instant::now() > end {
+                return Err(Failure::Silent);
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until a buffer that a submission fills can be read.
+    ///
+    /// # Errors
+    /// Where the device is lost, refuses, or stays silent.
+    pub fn read(
         &self,
-        commands: wgpu::CommandBuffer,
+        submission: &SubmissionIndex,
         staging: &wgpu::Buffer,
     ) -> Result<wgpu::BufferView, Failure> {
-        let submission = self.queue.submit([commands]);
-        self.look()?;
         let (sender, mapped) = mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
             // Nobody listens any more after a timeout.
             let _ = sender.send(result);
         });
-        let end = Instant::now() + PATIENCE;
-        loop {
-            self.poll(&submission)?;
-            match mapped.try_recv() {
-                Ok(Ok(())) => break,
-                Ok(Err(_)) => return Err(Failure::Lost),
-                Err(_) if Instant::now() > end => return Err(Failure::Silent),
-                Err(_) => {}
-            }
+        self.reached(Stage::Map);
+        self.finish(submission)?;
+        // A submission that is done has called back.
+        match mapped.try_recv() {
+            Ok(Ok(())) => staging.get_mapped_range(..).map_err(|_| Failure::Lost),
+            _ => Err(Failure::Lost),
         }
-        self.look()?;
-        staging.get_mapped_range(..).map_err(|_| Failure::Lost)
     }
 
-    /// Waits a moment for a submission.
-    fn poll(&self, submission: &wgpu::SubmissionIndex) -> Result<(), Failure> {
+    /// Waits a moment for a submission; whether it is done.
+    fn poll(&self, submission: &SubmissionIndex) -> Result<bool, Failure> {
         let wait = wgpu::PollType::Wait {
             submission_index: Some(submission.clone()),
             timeout: Some(GLANCE),
@@ -289,14 +341,15 @@ impl Device {
         // A device that is lost during the wait panics there.
         let polled = catch_unwind(AssertUnwindSafe(|| self.handle.poll(wait)));
         match polled {
-            Ok(Ok(_) | Err(wgpu::PollError::Timeout)) => self.look(),
+            Ok(Ok(_)) => self.look().map(|()| true),
+            Ok(Err(wgpu::PollError::Timeout)) => self.look().map(|()| false),
             Ok(Err(_)) | Err(_) => Err(Failure::Lost),
         }
     }
 
     /// Leaves a device that does not answer: its queue must not be waited for.
-    pub fn abandon(self) {
-        std::mem::forget(self.queue);
+    pub fn abandon(&self) {
+        std::mem::forget(self.queue.clone());
     }
 }
 

@@ -8,6 +8,7 @@ pub mod compose;
 pub mod device;
 mod frame;
 mod layout;
+mod passes;
 mod pipelines;
 mod staging;
 mod timer;
@@ -19,8 +20,7 @@ pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
 use crate::cpu::cache::Cache;
-use crate::cpu::edges;
-use crate::cpu::frame::{CENTER, Context, fill_tables, light_sides};
+use crate::cpu::frame::{Context, fill_tables, light_sides};
 use crate::cpu::mapped::LightTable;
 use crate::geometry::Geometry;
 use crate::renderer::{Frame, Progress};
@@ -28,9 +28,10 @@ use crate::request::View;
 use crate::scene::CheckedScene;
 use buffers::{Kept, Lists, Table, Triangles};
 use device::Device;
+use frame::Picture;
 use pipelines::Pipelines;
 use staging::Staging;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// How blobs along view rays are summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,77 +156,24 @@ impl Gpu {
         let triangles = self.triangles.get(&geometry, make)?;
         let lists = Lists::new(&self.device, &context)?;
         let mut timings = vec![("prepare", begun.elapsed())];
-        let shifts = match view.samples {
-            Some(samples) if samples > 1 => edges::shifts(samples as usize),
-            _ => vec![CENTER],
+        let (picture, times) = frame::render(self, &context, &triangles, &lists)?;
+        timings.extend(times);
+        let (pixels, shown) = match picture {
+            Picture::Linear(pixels) => (pixels, None),
+            Picture::Screen(bytes) => (Vec::new(), Some(bytes)),
         };
-        let mut mean = Mean::new(&context);
-        for (i, shift) in shifts.iter().enumerate() {
-            if progress.is_over() {
-                return Err(Failure::Interrupted);
-            }
-            let finds_edges = shifts.len() > 1 && i == 0;
-            let (pixels, times) =
-                frame::render(self, &context, &triangles, &lists, *shift, finds_edges)?;
-            mean.add(&context, &pixels, i == 0);
-            times.into_iter().for_each(|(name, time)| add(&mut timings, name, time));
-        }
         let (width, height) = (context.grid.width, context.grid.height);
-        let pixels = mean.pixels();
-        Ok(Some(Frame { width, height, layer: view.layer, pixels, timings, backend: "gpu" }))
+        let backend = "gpu";
+        Ok(Some(Frame { width, height, layer: view.layer, pixels, shown, timings, backend }))
+    }
+
+    /// Whether blobs are summed up by lists.
+    fn lists_blobs(&self) -> bool {
+        self.blob_pass == BlobPass::Tiles
     }
 
     /// Leaves a device that failed.
-    pub fn abandon(self) {
+    pub fn abandon(&self) {
         self.device.abandon();
-    }
-}
-
-fn add(timings: &mut Vec<(&'static str, Duration)>, name: &'static str, time: Duration) {
-    match timings.iter_mut().find(|(known, _)| *known == name) {
-        Some((_, sum)) => *sum += time,
-        None => timings.push((name, time)),
-    }
-}
-
-/// The weighted mean of samples, pixel by pixel; but of the first alone where no edge is.
-struct Mean {
-    sums: Vec<f32>,
-    weights: Vec<f32>,
-    edges: Vec<bool>,
-    channels: usize,
-}
-
-impl Mean {
-    fn new(context: &Context) -> Self {
-        let (pixels, channels) =
-            (context.grid.width * context.grid.height, context.view.layer.channels());
-        Self {
-            sums: vec![0.0; pixels * channels],
-            weights: vec![0.0; pixels],
-            edges: vec![true; pixels],
-            channels,
-        }
-    }
-
-    fn add(&mut self, context: &Context, pixels: &[f32], is_first: bool) {
-        let sums = self.sums.chunks_exact_mut(self.channels);
-        let all = sums.zip(&mut self.weights).zip(&mut self.edges).zip(pixels.chunks_exact(4));
-        for (((sum, weights), edge), pixel) in all {
-            if !*edge {
-                continue;
-            }
-            *edge = !is_first || pixel[3] > 0.0;
-            let weight = edges::weight(context, [pixel[0], pixel[1], pixel[2]]);
-            *weights += weight;
-            sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += weight * value);
-        }
-    }
-
-    fn pixels(mut self) -> Vec<f32> {
-        for (sum, weight) in self.sums.chunks_exact_mut(self.channels).zip(&self.weights) {
-            sum.iter_mut().for_each(|value| *value /= weight);
-        }
-        self.sums
     }
 }

@@ -1,92 +1,89 @@
-//! Pictures on their way back: buffers that the device copies to and the program reads, used again
-//! and again.
+//! Pictures on their way back: a ring of buffers that the device copies to and the program reads, so
+//! that no frame waits until another one's copy is read.
 
 use super::device::{Buffer, Device, Failure, Texture};
 use std::sync::{Mutex, PoisonError};
+use wgpu::{BufferUsages, SubmissionIndex};
 
 /// Idle buffers that are kept.
 const KEPT: usize = 3;
-/// Bytes of a pixel.
-const PIXEL: u32 = 16;
 
 /// The idle buffers of one device.
 #[derive(Debug, Default)]
 pub struct Staging(Mutex<Vec<Buffer>>);
 
-/// A buffer in use.
+/// A picture's place in a buffer.
 #[derive(Debug)]
-pub struct Stage<'a> {
+pub struct Copy<'a> {
     home: &'a Staging,
-    buffer: Option<Buffer>,
-    width: u32,
-    height: u32,
-}
-
-/// Bytes of a row, as copies want them.
-fn pitch(width: u32) -> u32 {
-    (width * PIXEL).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+    buffer: Buffer,
+    /// Bytes of a row, and how far it is to the next one: what devices copy is aligned.
+    row: usize,
+    pitch: u32,
 }
 
 impl Staging {
-    /// A buffer for a picture.
+    /// Records the copy of a picture.
     ///
     /// # Errors
     /// Where there is no memory for it.
-    pub fn take(&self, device: &Device, width: u32, height: u32) -> Result<Stage<'_>, Failure> {
-        let size = u64::from(pitch(width)) * u64::from(height);
-        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = idle.iter().position(|buffer| buffer.handle.size() == size);
-        let buffer = match found {
-            Some(at) => idle.swap_remove(at),
-            None => {
-                let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-                device.buffer(size, usage)?
-            }
-        };
-        Ok(Stage { home: self, buffer: Some(buffer), width, height })
-    }
-}
-
-impl Stage<'_> {
-    /// Copies a picture here, once the commands run.
-    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, picture: &Texture) {
-        let Some(buffer) = &self.buffer else { return };
+    pub fn copy(
+        &self,
+        device: &Device,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: &Texture,
+    ) -> Result<Copy<'_>, Failure> {
+        let size = picture.handle.size();
+        let texel = picture.handle.format().block_copy_size(None).unwrap_or(16);
+        let row = size.width * texel;
+        let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.take(device, u64::from(pitch) * u64::from(size.height))?;
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(pitch(self.width)),
+            bytes_per_row: Some(pitch),
             rows_per_image: None,
         };
         encoder.copy_texture_to_buffer(
             picture.handle.as_image_copy(),
             wgpu::TexelCopyBufferInfo { buffer: &buffer.handle, layout },
-            picture.handle.size(),
+            size,
         );
+        Ok(Copy { home: self, buffer, row: row as usize, pitch })
     }
 
-    /// Runs the commands and reads the picture, `[height][width][4]`.
-    ///
-    /// # Errors
-    /// Where the device fails.
-    pub fn read(
-        mut self,
-        device: &Device,
-        commands: wgpu::CommandBuffer,
-    ) -> Result<Vec<f32>, Failure> {
-        let Some(buffer) = self.buffer.take() else { return Err(Failure::Lost) };
-        let bytes = device.fetch(commands, &buffer.handle)?;
-        let row = (self.width * PIXEL) as usize;
-        let mut pixels = Vec::with_capacity(row / 4 * self.height as usize);
-        for line in bytes.chunks(pitch(self.width) as usize) {
-            let number = |word: &[u8]| word.try_into().map_or(0.0, f32::from_le_bytes);
-            pixels.extend(line[..row].chunks_exact(4).map(number));
+    fn take(&self, device: &Device, size: u64) -> Result<Buffer, Failure> {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match idle.iter().position(|buffer| buffer.handle.size() == size) {
+            Some(at) => Ok(idle.swap_remove(at)),
+            None => device.buffer(size, BufferUsages::MAP_READ | BufferUsages::COPY_DST),
         }
-        drop(bytes);
-        buffer.handle.unmap();
-        let mut idle = self.home.0.lock().unwrap_or_else(PoisonError::into_inner);
+    }
+
+    fn give_back(&self, buffer: Buffer) {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         idle.push(buffer);
         if idle.len() > KEPT {
             idle.remove(0);
         }
-        Ok(pixels)
+    }
+}
+
+impl Copy<'_> {
+    /// Waits for the submission that copies, and shows each row.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn rows(
+        self,
+        device: &Device,
+        submission: &SubmissionIndex,
+        show: impl FnMut(&[u8]),
+    ) -> Result<(), Failure> {
+        let bytes = device.read(submission, &self.buffer.handle)?;
+        bytes.chunks_exact(self.pitch as usize).map(|row| &row[..self.row]).for_each(show);
+        drop(bytes);
+        self.buffer.handle.unmap();
+        self.home.give_back(self.buffer);
+        Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! The shaders against the CPU's text of the same maths, on whatever Vulkan adapter there is: in CI a
 //! driver in software.
 
+use super::device::Stage;
 use super::{BlobPass, Gpu, Wanted};
 use crate::airlight::Estimator;
 use crate::cpu::Cpu;
@@ -9,10 +10,15 @@ use crate::presets;
 use crate::renderer::{Backend, Frame, Progress, Renderer};
 use crate::request::{Layer, Quality, Tonemap, View};
 use crate::scene::{Airlight, CheckedScene, Scene, read};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 fn gpu(blob_pass: BlobPass) -> Gpu {
     Gpu::open(Wanted::Any).expect("a Vulkan adapter, be it lavapipe").with_blob_pass(blob_pass)
+}
+
+fn renderer() -> Renderer {
+    Renderer::open(Backend::Gpu).expect("a Vulkan adapter, be it lavapipe")
 }
 
 fn view(layer: Layer, airlight: Airlight) -> View {
@@ -92,19 +98,49 @@ fn the_mapped_airlight_is_the_cpus() {
     }
 }
 
-/// Blobs are added up in another order, and edges are sampled at every pixel instead of where the
-/// CPU finds them: the eye sees no difference.
+/// How far apart two frames look on a screen: the mean of FLIP.
+fn flip(a: &Frame, b: &Frame, view: &View) -> f64 {
+    let [a, b] = [a, b].map(|frame| display::bytes(frame, view).into_owned());
+    let mean = flip::mean(&b, &a, view.width as usize, &Progress::default());
+    mean.expect("not interrupted")
+}
+
+/// Blobs are added up in another order, and the device brings radiance onto the screen itself: the
+/// eye sees no difference.
 #[test]
 fn pictures_look_like_the_cpus() {
     let gpu = gpu(BlobPass::Quads);
+    for (airlight, tonemap) in [
+        (Airlight::Fogshop2007, Tonemap::Agx),
+        (Airlight::None, Tonemap::Reinhard),
+        (Airlight::None, Tonemap::None),
+    ] {
+        for preset in presets::all() {
+            let scene = preset.scene.check().expect("a preset");
+            let view = View { samples: Some(4), tonemap, ..view(Layer::Beauty, airlight) };
+            let view = View { for_screen: true, ..view };
+            let [a, b] = both(&gpu, &scene, &view);
+            assert!(a.shown.is_some() && b.shown.is_none(), "who brings a picture onto the screen");
+            let mean = flip(&a, &b, &view);
+            assert!(mean < 0.01, "{}: {mean}", preset.name);
+        }
+    }
+}
+
+/// In a draft the device borrows a neighbour's fog where the CPU computes a pixel itself, behind
+/// what is narrower than the low resolution; and computes what the CPU borrows in homogeneous fog.
+/// Neither is farther from the full picture than the other, by more than the eye sees.
+#[test]
+fn drafts_are_as_good_as_the_cpus() {
+    let gpu = gpu(BlobPass::Tiles);
+    let cpu = Cpu::default();
     for preset in presets::all() {
         let scene = preset.scene.check().expect("a preset");
-        let view = view(Layer::Beauty, Airlight::Fogshop2007);
-        let view = View { samples: Some(4), for_screen: true, ..view };
-        let [a, b] = both(&gpu, &scene, &view).map(|frame| display::bytes(&frame, &view));
-        let mean = flip::mean(&b, &a, view.width as usize, &Progress::default());
-        let mean = mean.expect("not interrupted");
-        assert!(mean < 0.01, "{}: {mean}", preset.name);
+        let full = View { for_screen: true, ..view(Layer::Beauty, Airlight::Fogshop2007) };
+        let draft = View { quality: Quality::Draft, ..full };
+        let truth = cpu.render(&scene, &full, &Progress::default()).expect("not interrupted");
+        let [own, cpus] = both(&gpu, &scene, &draft).map(|frame| flip(&frame, &truth, &full));
+        assert!(own < cpus + 0.006, "{}: {own}, the CPU's {cpus}", preset.name);
     }
 }
 
@@ -113,20 +149,70 @@ fn pictures_look_like_the_cpus() {
 fn a_lost_device_is_replaced_and_then_given_up() {
     let scene = presets::all().remove(2).scene.check().expect("a preset");
     let view = view(Layer::OpticalDepth, Airlight::None);
-    let renderer = Renderer::open(Backend::Gpu).expect("a Vulkan adapter, be it lavapipe");
+    let renderer = renderer();
     let frame = || renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
     let first = frame();
     assert_eq!(first.backend, "gpu");
     for _ in 0..3 {
-        renderer.with_gpu(Gpu::destroy);
+        renderer.gpu().expect("a device").destroy();
         let next = frame();
         assert_eq!((next.backend, &next.pixels), ("gpu", &first.pixels));
     }
     assert_eq!(renderer.backend(), "gpu");
-    renderer.with_gpu(Gpu::destroy);
+    renderer.gpu().expect("a device").destroy();
     assert_eq!(frame().backend, "cpu");
     assert_eq!(renderer.backend(), "cpu");
     assert!(renderer.fallback().load(Ordering::Relaxed));
+}
+
+/// Wherever in a frame a device ends, and between two of them, the frame is made on the next one; and
+/// what the lost one held is free.
+#[test]
+fn a_device_may_end_at_any_stage() {
+    let scene = presets::all().remove(2).scene.check().expect("a preset");
+    let views = [Layer::Beauty, Layer::OpticalDepth].map(|layer| View {
+        width: 64,
+        height: 48,
+        ..view(layer, Airlight::Fogshop2007)
+    });
+    let render = |renderer: &Renderer, view: &View| {
+        let frame = renderer.render(&scene, view, &Progress::default()).expect("not interrupted");
+        assert_eq!(frame.backend, "gpu");
+        frame.pixels
+    };
+    let right = views.map(|view| render(&renderer(), &view));
+    let stages = [Stage::Pipeline, Stage::Upload, Stage::Dispatch, Stage::Map].map(Some);
+    let mut resident = Vec::new();
+    for stage in stages.into_iter().chain([None]) {
+        resident.push(resident_mb());
+        let renderer = renderer();
+        let mut bytes = Vec::new();
+        for round in 0..20 {
+            renderer.forgive();
+            let lost = renderer.gpu().expect("a device");
+            match stage {
+                Some(_) => *lost.device.doom.lock().expect("no panic") = stage,
+                None => lost.destroy(),
+            }
+            // The fresh device of the round before has no pipelines for this layer.
+            let pixels = render(&renderer, &views[round % 2]);
+            assert!(pixels == right[round % 2], "{stage:?}, round {round}");
+            let now = renderer.gpu().expect("a device");
+            assert!(!Arc::ptr_eq(&lost, &now), "{stage:?}: the device was not lost");
+            bytes.push(now.bytes());
+        }
+        assert!(bytes.iter().skip(2).zip(&bytes).all(|(a, b)| a == b), "{stage:?}: {bytes:?}");
+    }
+    // A driver in software keeps some megabytes of every device.
+    let grown = resident_mb().saturating_sub(resident[1]);
+    assert!(grown < 80 * 20, "{grown} MB are left of 80 devices");
+}
+
+/// Memory of this process.
+fn resident_mb() -> usize {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = pages.split(' ').nth(1).and_then(|number| number.parse::<usize>().ok());
+    pages.unwrap_or_default() * 4096 / 1_000_000
 }
 
 /// Frames leave nothing on the device but what is kept on purpose.
@@ -147,7 +233,7 @@ fn memory_is_flat() {
 /// What does not fit is refused before it is made, and the CPU takes it.
 #[test]
 fn a_picture_too_large_for_the_device_is_the_cpus() {
-    let renderer = Renderer::on(gpu(BlobPass::Quads), Wanted::Any);
+    let renderer = renderer();
     let scene = read::<Scene>(b"{}").expect("a scene").check().expect("a valid scene");
     let view = View { width: 1 << 17, height: 1, ..view(Layer::Depth, Airlight::None) };
     let frame = renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");

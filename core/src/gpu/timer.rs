@@ -2,15 +2,15 @@
 
 use super::device::{Buffer, Device, Failure};
 use std::time::Duration;
-use wgpu::{BufferUsages, QuerySet};
+use wgpu::{BufferUsages, QuerySet, SubmissionIndex};
 
-/// Passes of one submission that can be timed.
+/// Passes of one frame that can be timed.
 const MOST: u32 = 256;
 
 /// What passes took, by name.
 pub type Times = Vec<(&'static str, Duration)>;
 
-/// Times of the passes of one submission.
+/// Times of the passes of one frame.
 #[derive(Debug)]
 pub struct Timer {
     clock: Option<Clock>,
@@ -25,7 +25,7 @@ struct Clock {
 }
 
 impl Timer {
-    /// For one submission.
+    /// For one frame.
     ///
     /// # Errors
     /// Where there is no memory for it.
@@ -88,10 +88,9 @@ impl Timer {
     }
 
     /// The times, passes of one name together; none where the device does not tell.
-    pub fn read(&self, device: &Device) -> Times {
+    pub fn read(&self, device: &Device, submission: &SubmissionIndex) -> Times {
         let Some(clock) = &self.clock else { return Vec::new() };
-        let encoder = device.handle.create_command_encoder(&Default::default());
-        let Ok(bytes) = device.fetch(encoder.finish(), &clock.staging.handle) else {
+        let Ok(bytes) = device.read(submission, &clock.staging.handle) else {
             return Vec::new();
         };
         let stamp = |word: &[u8]| word.try_into().map_or(0, u64::from_le_bytes);

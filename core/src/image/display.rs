@@ -7,12 +7,17 @@ use crate::request::{Layer, Tonemap, View};
 use crate::vector::V3;
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Pixels that are mapped in one go.
 const CHUNK: usize = 2048;
 
 /// The frame as 8-bit RGB.
-pub fn bytes(frame: &Frame, view: &View) -> Vec<u8> {
+pub fn bytes<'a>(frame: &'a Frame, view: &View) -> Cow<'a, [u8]> {
+    frame.shown.as_ref().map_or_else(|| mapped(frame, view).into(), |shown| shown.into())
+}
+
+fn mapped(frame: &Frame, view: &View) -> Vec<u8> {
     let channels = frame.layer.channels();
     let count = frame.width * frame.height;
     let mut bytes = vec![0; count * 3];

@@ -8,6 +8,7 @@ mod screen;
 use crate::compare::ErrorImage;
 use crate::renderer::Frame;
 use crate::request::{Quality, View};
+use std::borrow::Cow;
 
 /// The files that a frame can become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +77,9 @@ pub struct EncodeError {
 /// # Errors
 /// What the encoder says.
 pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, EncodeError> {
+    if format.is_float() && frame.shown.is_some() {
+        return Err(EncodeError { format, reason: "the frame is for a screen".into() });
+    }
     write(&Raster::from(frame), format, || display::bytes(frame, view))
 }
 
@@ -87,7 +91,7 @@ pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, Enc
 pub fn encode_errors(errors: &ErrorImage, format: Format) -> Result<Vec<u8>, EncodeError> {
     let ErrorImage { width, height, ref pixels } = *errors;
     let raster = Raster { width, height, channels: 1, pixels };
-    write(&raster, format, || display::errors(pixels))
+    write(&raster, format, || display::errors(pixels).into())
 }
 
 /// The numbers of an image.
@@ -106,10 +110,10 @@ impl<'a> From<&'a Frame> for Raster<'a> {
 }
 
 /// Writes floats as they are, or what stands for them on a screen.
-fn write(
+fn write<'a>(
     image: &Raster,
     format: Format,
-    rgb: impl FnOnce() -> Vec<u8>,
+    rgb: impl FnOnce() -> Cow<'a, [u8]>,
 ) -> Result<Vec<u8>, EncodeError> {
     let bytes = match format {
         Format::Exr => float::exr(image),
@@ -123,7 +127,7 @@ fn write(
 
 /// The frame as 8-bit RGB, as a picture of it shows it.
 pub(crate) fn on_screen(frame: &Frame, view: &View) -> Vec<u8> {
-    display::bytes(frame, view)
+    display::bytes(frame, view).into_owned()
 }
 
 /// A one-channel frame as a 16-bit grey PNG, with the value that white stands for: the pixel

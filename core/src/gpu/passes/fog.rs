@@ -1,0 +1,93 @@
+//! Fog along view rays, as far as every medium adds its share on its own.
+
+use super::COVER;
+use crate::airlight::Method;
+use crate::gpu::compose::Pass;
+use crate::gpu::device::Failure;
+use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
+
+impl Recorder<'_> {
+    /// The homogeneous fog; clears the fog's target.
+    pub fn homogeneous(&mut self) -> Result<(), Failure> {
+        let published = matches!(self.context.method, Method::Sun2005 | Method::Fogshop2007);
+        let is_lit = published && self.context.shows_airlight() && !self.context.lamps.is_empty();
+        let defines: &[&str] = if is_lit { &["AIRLIGHT_SUN2005"] } else { &[] };
+        let pipeline = self.pipeline(Pass::Homogeneous, &[defines])?;
+        let targets = &self.targets;
+        let entries = [all(0, &self.view), texture(1, &targets.hits), all(2, &self.lists.lamps)];
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(&targets.fog, clearing(true))],
+            timestamp_writes: self.timer.render("homogeneous"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
+        Ok(())
+    }
+
+    /// The blobs.
+    pub fn blobs(&mut self) -> Result<(), Failure> {
+        if self.context.field.blobs.is_empty() {
+            return Ok(());
+        }
+        let is_lit = self.context.method == Method::Fogshop2007 && self.context.shows_airlight();
+        let defines: &[&str] = if is_lit { &["AIRLIGHT_FOGSHOP2007"] } else { &[] };
+        if self.gpu.lists_blobs() || self.low_view.is_some() {
+            self.blob_tiles(defines)
+        } else {
+            self.blob_quads(defines)
+        }
+    }
+
+    fn blob_quads(&mut self, defines: &[&'static str]) -> Result<(), Failure> {
+        let pipeline = self.pipeline(Pass::BlobQuads, &[defines])?;
+        let (lists, targets) = (self.lists, &self.targets);
+        let entries = [
+            all(0, &self.view),
+            texture(1, &targets.hits),
+            all(2, &lists.blobs),
+            all(3, &lists.lamps),
+            all(4, &lists.lit),
+        ];
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(&targets.fog, clearing(false))],
+            timestamp_writes: self.timer.render("blobs"),
+            ..Default::default()
+        });
+        let count = self.context.field.blobs.len() as u32;
+        draw(&mut pass, &pipeline, &bind, (4, count));
+        Ok(())
+    }
+
+    fn blob_tiles(&mut self, defines: &[&'static str]) -> Result<(), Failure> {
+        if let Some(low) = &self.targets.low {
+            self.encoder.clear_buffer(&low.handle, 0, None);
+        }
+        for resolution in self.resolutions() {
+            let pipeline = self.pipeline(Pass::BlobTiles, &[defines, resolution.defines()])?;
+            for blobs in self.spans() {
+                let span = self.span([blobs.start, blobs.end, 0, 0])?;
+                let (lists, targets) = (self.lists, &self.targets);
+                let (view, grid) = self.view_of(resolution);
+                let is_low = resolution == Resolution::Low;
+                let fogged = if is_low { &targets.low } else { &targets.computed };
+                let Some(fogged) = fogged else { continue };
+                let entries = [
+                    all(0, view),
+                    texture(1, &targets.hits),
+                    all(2, &lists.blobs),
+                    all(3, fogged),
+                    all(4, &span),
+                    all(5, &lists.lamps),
+                    all(6, &lists.lit),
+                    texture(7, &targets.surfaces),
+                ];
+                let bind = pipeline.bind(&self.gpu.device, &entries);
+                self.dispatch("blobs", &pipeline, &bind, grid);
+                self.kept.push(span);
+            }
+        }
+        Ok(())
+    }
+}

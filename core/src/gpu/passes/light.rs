@@ -1,0 +1,101 @@
+//! What lies between lights and surfaces, and the light that surfaces send on.
+
+use super::COVER;
+use crate::cpu::viewpoint::Grid;
+use crate::gpu::compose::Pass;
+use crate::gpu::device::{Buffer, Failure};
+use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
+use std::ops::Range;
+use wgpu::BufferUsages;
+
+/// Bytes of the depths from lights to pixels that stand at a time.
+const DEPTH_BYTES: u64 = 128 << 20;
+
+/// Depths from a few lamps to surfaces, lamps outside.
+struct Depths {
+    resolution: Resolution,
+    values: Buffer,
+}
+
+impl Recorder<'_> {
+    /// Light from the surfaces, a few lamps at a time.
+    pub fn surface_radiance(&mut self) -> Result<(), Failure> {
+        let lamps = self.context.lamps.len() as u32;
+        if self.context.field.blobs.is_empty() || lamps == 0 {
+            return self.reflect(&[], 0..lamps);
+        }
+        let pixels = (self.context.grid.width * self.context.grid.height) as u64;
+        let most = ((DEPTH_BYTES / (4 * pixels)).max(1) as u32).min(lamps);
+        let depths = |resolution| {
+            let Grid { width, height } = self.view_of(resolution).1;
+            let bytes = 4 * (width * height) as u64 * u64::from(most);
+            let values = self.gpu.device.buffer(bytes, BufferUsages::STORAGE)?;
+            Ok(Depths { resolution, values })
+        };
+        let depths = self.resolutions().into_iter().map(depths).collect::<Result<Vec<_>, _>>()?;
+        for first in (0..lamps).step_by(most as usize) {
+            let end = (first + most).min(lamps);
+            for (depths, lamp) in depths.iter().flat_map(|d| (first..end).map(move |l| (d, l))) {
+                self.light_depth(depths, lamp, lamp - first)?;
+            }
+            self.reflect(&depths, first..end)?;
+        }
+        self.kept.extend(depths.into_iter().map(|depths| depths.values));
+        Ok(())
+    }
+
+    /// What lies between one lamp and the surfaces.
+    fn light_depth(&mut self, depths: &Depths, lamp: u32, place: u32) -> Result<(), Failure> {
+        let pipeline = self.pipeline(Pass::LightDepth, &[depths.resolution.defines()])?;
+        for blobs in self.spans() {
+            let span = self.span([blobs.start, blobs.end, lamp, place])?;
+            let (lists, targets) = (self.lists, &self.targets);
+            let (view, grid) = self.view_of(depths.resolution);
+            let entries = [
+                all(0, view),
+                texture(1, &targets.hits),
+                all(2, &lists.blobs),
+                all(3, &depths.values),
+                all(4, &span),
+                all(5, &lists.lamps),
+                texture(6, &targets.surfaces),
+            ];
+            let bind = pipeline.bind(&self.gpu.device, &entries);
+            self.dispatch("light_depth", &pipeline, &bind, grid);
+            self.kept.push(span);
+        }
+        Ok(())
+    }
+
+    fn reflect(&mut self, depths: &[Depths], lamps: Range<u32>) -> Result<(), Failure> {
+        let defines: &[&str] = match depths.len() {
+            0 => &[],
+            1 => &["BLOBS"],
+            _ => &["BLOBS", "LOW"],
+        };
+        let pipeline = self.pipeline(Pass::Surface, &[defines])?;
+        let span = self.span([lamps.start, lamps.end, 0, 0])?;
+        let (lists, targets) = (self.lists, &self.targets);
+        let mut entries = vec![
+            all(0, &self.view),
+            texture(1, &targets.hits),
+            texture(2, &targets.surfaces),
+            all(3, &lists.lamps),
+            all(4, &lists.materials),
+            all(5, &span),
+        ];
+        entries.extend(depths.iter().map(|Depths { resolution, values }| {
+            all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
+        }));
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(&targets.radiance, clearing(lamps.start == 0))],
+            timestamp_writes: self.timer.render("surface_radiance"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
+        drop(pass);
+        self.kept.push(span);
+        Ok(())
+    }
+}

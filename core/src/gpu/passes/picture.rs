@@ -1,0 +1,107 @@
+//! What a layer shows, and its way back: as numbers, or for a screen.
+
+use super::COVER;
+use crate::cpu::frame::Context;
+use crate::gpu::compose::{Pass, of_layer, of_tonemap};
+use crate::gpu::device::{Failure, Texture};
+use crate::gpu::frame::{Picture, Recorder, all, attachment, clearing, draw, texture};
+use crate::gpu::pipelines::{LIGHT, SCREEN};
+use crate::gpu::timer::Times;
+use crate::request::Layer;
+
+impl Recorder<'_> {
+    /// Adds what the layer shows of one sample.
+    pub fn composite(&mut self, is_first: bool) -> Result<(), Failure> {
+        let targets = &self.targets;
+        let fog = |has: bool, name: &'static [&'static str]| if has { name } else { &[] };
+        let edges: &[&str] = match (&targets.edges, is_first) {
+            (None, _) => &[],
+            (Some(_), true) => &["MARK_EDGES"],
+            (Some(_), false) => &["AT_EDGES"],
+        };
+        let defines = [
+            of_layer(self.context.view.layer),
+            fog(targets.computed.is_some(), &["FOG_BUFFER"]),
+            fog(targets.low.is_some(), &["FOG_LOW"]),
+            edges,
+        ];
+        let pipeline = self.pipeline(Pass::Composite, &defines)?;
+        let mut entries = vec![
+            all(0, &self.view),
+            texture(1, &targets.hits),
+            texture(2, &targets.radiance),
+            texture(3, &targets.fog),
+            texture(6, &targets.surfaces),
+        ];
+        entries.extend(targets.computed.as_ref().map(|buffer| all(4, buffer)));
+        entries.extend(targets.low.as_ref().map(|buffer| all(5, buffer)));
+        entries.extend(targets.edges.as_ref().map(|marks| texture(7, marks)));
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let marks = targets.edges.as_ref().filter(|_| is_first);
+        let mut attachments = vec![attachment(&targets.sums, clearing(is_first))];
+        attachments.extend(marks.map(|marks| attachment(marks, clearing(true))));
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &attachments,
+            timestamp_writes: self.timer.render("composite"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
+        Ok(())
+    }
+
+    /// The picture, and what the passes took.
+    pub fn show(mut self) -> Result<(Picture, Times), Failure> {
+        let gpu = self.gpu;
+        let device = &gpu.device;
+        let picture = self.tonemap()?;
+        let copy = gpu.staging.copy(device, &mut self.encoder, &picture)?;
+        self.timer.resolve(&mut self.encoder);
+        let submission = device.submit(self.encoder.finish())?;
+        let grid = self.context.grid;
+        let count = grid.width * grid.height;
+        let shown = if for_screen(self.context) {
+            let mut bytes = Vec::with_capacity(3 * count);
+            let push = |row: &[u8]| row.chunks_exact(4).for_each(|rgba| bytes.extend(&rgba[..3]));
+            copy.rows(device, &submission, push)?;
+            Picture::Screen(bytes)
+        } else {
+            let channels = self.context.view.layer.channels();
+            let mut values = Vec::with_capacity(channels * count);
+            let number = |word: &[u8]| word.try_into().map_or(0.0, f32::from_le_bytes);
+            copy.rows(device, &submission, |row| {
+                for texel in row.chunks_exact(16) {
+                    values.extend(texel.chunks_exact(4).take(channels).map(number));
+                }
+            })?;
+            Picture::Linear(values)
+        };
+        Ok((shown, self.timer.read(device, &submission)))
+    }
+
+    /// The mean of the samples, brought onto a screen if it is for one.
+    fn tonemap(&mut self) -> Result<Texture, Failure> {
+        let is_screen = for_screen(self.context);
+        let view = &self.context.view;
+        let defines = if is_screen { of_tonemap(view.tonemap) } else { &[] };
+        let pipeline = self.pipeline(Pass::Tonemap, &[defines])?;
+        let format = if is_screen { SCREEN } else { LIGHT };
+        let picture = self.gpu.device.target(view.width, view.height, format)?;
+        let entries = [all(0, &self.view), texture(1, &self.targets.sums)];
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(&picture, clearing(true))],
+            timestamp_writes: self.timer.render("tonemap"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
+        drop(pass);
+        Ok(picture)
+    }
+}
+
+/// Whether radiance is wanted as a screen shows it; other layers' colour maps are not the device's.
+fn for_screen(context: &Context) -> bool {
+    let is_radiance =
+        matches!(context.view.layer, Layer::Beauty | Layer::Airlight | Layer::Surface);
+    context.view.for_screen && is_radiance
+}
