@@ -50,6 +50,8 @@ vulkan() {
   install_packages "${missing[@]}"
   VK_DRIVER_FILES="$(lavapipe)"
   export VK_DRIVER_FILES VK_ICD_FILENAMES="$VK_DRIVER_FILES"
+  # It compiles the largest shaders for seconds, and forgets them at once without a place for them.
+  export MESA_SHADER_CACHE_DIR="$TARGET/mesa"
   [ -n "$VK_DRIVER_FILES" ]
 }
 

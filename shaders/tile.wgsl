@@ -10,17 +10,16 @@ const SIDE: u32 = 16u;
 /// Pixels of a tile, and invocations of its workgroup.
 const SIZE: u32 = 256u;
 /// Blobs that are looked at in one go.
-const CHUNK: u32 = 8192u;
-/// Words of a mask of a chunk's blobs: one an invocation.
-const WORDS: u32 = 256u;
+const CHUNK: u32 = 65536u;
+/// Words of a mask of a chunk's blobs.
+const WORDS: u32 = 2048u;
 
-/// Values that go to one of a group of invocations are added up or compared in two steps of sixteen:
-/// few barriers, and the same order in every run.
+/// Values of all invocations are added up or compared in two steps of sixteen: few barriers, and the
+/// same order in every run.
 const STEP: u32 = 16u;
 
 var<workgroup> row: array<vec4<f32>, SIZE>;
 var<workgroup> column: array<vec4<f32>, STEP>;
-var<workgroup> result: vec4<f32>;
 /// Which blobs of a chunk matter. A mask, not a list: its order does not depend on who is first, so
 /// sums over it are the same in every run.
 var<workgroup> mask: array<atomic<u32>, WORDS>;
@@ -50,13 +49,11 @@ fn largest(place: u32, value: vec4<f32>) -> vec4<f32> {
         column[place] = most;
     }
     workgroupBarrier();
-    if place == 0u {
-        result = column[0];
-        for (var i = 1u; i < STEP; i++) {
-            result = max(result, column[i]);
-        }
+    var most = column[0];
+    for (var i = 1u; i < STEP; i++) {
+        most = max(most, column[i]);
     }
-    return workgroupUniformLoad(&result);
+    return most;
 }
 
 /// The sum of every component over all invocations.
@@ -71,20 +68,18 @@ fn total(place: u32, value: vec4<f32>) -> vec4<f32> {
         column[place] = sum;
     }
     workgroupBarrier();
-    if place == 0u {
-        result = column[0];
-        for (var i = 1u; i < STEP; i++) {
-            result += column[i];
-        }
+    var sum = column[0];
+    for (var i = 1u; i < STEP; i++) {
+        sum += column[i];
     }
-    return workgroupUniformLoad(&result);
+    return sum;
 }
 
 /// Empties the mask, before `keep`.
 fn clear(place: u32) {
     workgroupBarrier();
-    if place < WORDS {
-        atomicStore(&mask[place], 0u);
+    for (var word = place; word < WORDS; word += SIZE) {
+        atomicStore(&mask[word], 0u);
     }
     workgroupBarrier();
 }

@@ -200,23 +200,23 @@ fn pass_on(at: vec2<u32>) {
     atomicMax(&parts.dispatch[2], 1u);
 }
 
-/// What all blobs around the patch's rays come to; marks those of the first chunk.
+/// What all blobs around the patch's rays come to; marks them.
 fn fog_around(place: u32, rays: bundle::Bundle, longest: f32) -> around::Fog {
     var fog = around::nothing();
     for (var at = place; at < frame.counts.z; at += tile::SIZE) {
         around::add(&fog, blobs[at], rays);
     }
-    mark_seen(place, rays, 0u);
+    mark_seen(place, rays);
     let ends = tile::largest(place, vec4<f32>(-fog.begin, fog.end, 0.0, 0.0));
     let sums = tile::total(place, vec4<f32>(fog.most, fog.depth, fog.hidden, 0.0));
     return around::Fog(max(-ends.x, 0.0), min(ends.y, longest), sums.x, sums.y, sums.z);
 }
 
-/// Marks the blobs of a chunk that matter to the patch's rays.
-fn mark_seen(place: u32, rays: bundle::Bundle, first: u32) {
+/// Marks the blobs that matter to the patch's rays, as far as there are marks.
+fn mark_seen(place: u32, rays: bundle::Bundle) {
     tile::clear(place);
-    for (var at = place; at < tile::CHUNK && first + at < frame.counts.z; at += tile::SIZE) {
-        let blob = blobs[first + at];
+    for (var at = place; at < min(frame.counts.z, tile::CHUNK); at += tile::SIZE) {
+        let blob = blobs[at];
         if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.weight.y {
             tile::keep(at);
         }
@@ -253,7 +253,7 @@ fn opaque_from(place: u32, scope: Scope) -> f32 {
         atomicStore(&thinnest[place], 0x7f7fffffu);
     }
     workgroupBarrier();
-    let depth = view_sums(place, scope.rays, ray, t, ALL).y + frame.ambient.w * t;
+    let depth = view_sums(ray, t, ALL).y + frame.ambient.w * t;
     // Positive numbers are ordered as their bits are.
     atomicMin(&thinnest[slot], bitcast<u32>(max(depth, 0.0)));
     workgroupBarrier();
@@ -304,8 +304,8 @@ fn head_airlight(
     let g = frame.optics.x;
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let map = map_along(place, scope, middle, light, piece);
-    let through = depth_at_end(place, scope, middle, piece);
-    let size = size_of(place, scope, middle, light, piece, map, num::absorptance(through));
+    let through = depth_at_end(place, middle, piece);
+    let size = size_of(place, middle, light, piece, map, num::absorptance(through));
 
     let toward = to_light(light, own.ray, own.length_m);
     var sum = 0.0;
@@ -333,7 +333,7 @@ fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec2<f
     let ray = patch::ray_at(frame, scope.area, pixels::CHECK);
     let toward = to_light(light, ray, piece.end);
     let node = batch::nodes[place / 8u];
-    let at = fields_of_eight(place, scope, ray, light, node.x);
+    let at = fields_of_eight(place, ray, light, node.x);
     return vec2<f32>(
         mapped::scattered(g, toward, node.x - toward.closest, at.log_seen + node.y, at.mean),
         batch::airlight(place / 8u, g, pixels::shares(pixels::CHECK), toward),
@@ -355,7 +355,7 @@ fn place_nodes(place: u32, map: mapped::Map, size: u32, first: u32) {
 /// Evaluates the fields of a batch on the eight rays.
 fn fill_batch(place: u32, scope: Scope, light: lamp::Lamp) {
     let node = batch::nodes[place / pixels::CONTROL];
-    let at = fields_at(place, scope, control_ray(scope, place), light, node.x);
+    let at = fields_at(control_ray(scope, place), light, node.x);
     batch::fill(place, at.log_seen + node.y, at.mean);
 }
 
@@ -372,7 +372,7 @@ fn tail_airlight(
     let pair = place / 8u;
     let range = piece.end - piece.begin;
     let t = piece.begin + range * pixels::CHEBYSHEV[pair / pixels::CONTROL];
-    let at = fields_of_eight(place, scope, control_ray(scope, pair), light, t);
+    let at = fields_of_eight(place, control_ray(scope, pair), light, t);
     workgroupBarrier();
     if place % 8u == 0u {
         batch::logs[pair] = at.log_seen;
@@ -409,24 +409,22 @@ fn map_along(
     let toward = to_light(light, ray, piece.end);
     let dense = select(vec2<f32>(piece.begin, piece.end), scope.dense, scope.dense.x < scope.dense.y);
     let probe = pilot::probe(place, piece.begin, piece.end, dense, toward);
-    let at = fields_of_eight(place, scope, ray, light, probe.at);
+    let at = fields_of_eight(place, ray, light, probe.at);
     let deserves = mapped::weight_of(g, toward, probe.at - toward.closest, at);
     let lumps = pilot::lumps(place, probe, deserves);
     return mapped::map_of(g, piece.begin, piece.end, toward, lumps.low, lumps.high);
 }
 
 /// T along a ray to the end of the piece.
-fn depth_at_end(place: u32, scope: Scope, ray: view::Ray, piece: Piece) -> f32 {
-    let share = view_sums(place, scope.rays, ray, piece.end, 1u << (place % 32u)).y;
-    let depth = tile::total_of(place, 32u, vec4<f32>(share)).x;
-    return tile::largest(place, vec4<f32>(depth)).x + frame.ambient.w * piece.end;
+fn depth_at_end(place: u32, ray: view::Ray, piece: Piece) -> f32 {
+    let share = view_sums(ray, piece.end, 1u << (place % 32u)).y;
+    return tile::total_of(place, 32u, vec4<f32>(share)).x + frame.ambient.w * piece.end;
 }
 
 /// How many nodes are enough: the coarsest rule that agrees with the next along a ray, and that
 /// meets what the fog is known to remove of light.
 fn size_of(
     place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     piece: Piece,
@@ -439,7 +437,7 @@ fn size_of(
     }
     var coarse = vec2<f32>(-1.0);
     for (var size = BATCH; size <= LARGEST_RULE; size *= 2u) {
-        let fine = rule_sums(place, scope, ray, light, toward, map, size);
+        let fine = rule_sums(place, ray, light, toward, map, size);
         let agree = abs(fine.x - coarse.x) <= limits.rule.x * fine.x;
         if agree && abs(coarse.y - removed) <= limits.rule.y * removed + mapped::NOTHING {
             return size / 2u;
@@ -452,7 +450,6 @@ fn size_of(
 /// What a rule makes of a ray: its airlight, and ∫ β e^(−T) dt.
 fn rule_sums(
     place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     toward: lamp::ToLight,
@@ -463,7 +460,7 @@ fn rule_sums(
     for (var first = 0u; first < size; first += BATCH) {
         place_nodes(place, map, size, first);
         let node = batch::nodes[place / 8u];
-        let at = fields_of_eight(place, scope, ray, light, node.x);
+        let at = fields_of_eight(place, ray, light, node.x);
         let log_seen = at.log_seen + node.y;
         let aside = node.x - toward.closest;
         sums += vec2<f32>(
@@ -478,37 +475,32 @@ fn rule_sums(
 /// Fields at a place of a ray, the blobs shared by eight neighbouring invocations.
 fn fields_of_eight(
     place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     t: f32,
 ) -> mapped::Fields {
-    let own = sums_at(place, scope, ray, light, t, EIGHTH << (place % 8u));
+    let own = sums_at(ray, light, t, EIGHTH << (place % 8u));
     let sums = tile::total_of(place, 8u, vec4<f32>(own, 0.0)).xyz;
     return fields_of(sums, ray, light, t);
 }
 
 /// The same by the invocation alone.
 fn fields_at(
-    place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     t: f32,
 ) -> mapped::Fields {
-    return fields_of(sums_at(place, scope, ray, light, t, ALL), ray, light, t);
+    return fields_of(sums_at(ray, light, t, ALL), ray, light, t);
 }
 
 #ifdef LIGHT_TABLE
 fn sums_at(
-    place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     t: f32,
     some: u32,
 ) -> vec3<f32> {
-    return vec3<f32>(view_sums(place, scope.rays, ray, t, some), 0.0);
+    return vec3<f32>(view_sums(ray, t, some), 0.0);
 }
 
 /// From sums over blobs, and the mean towards the light as its table has it.
@@ -535,14 +527,12 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
 #else
 /// β, T from the eye and T from the light at a place of a ray, over the blobs of a mask.
 fn sums_at(
-    place: u32,
-    scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
     t: f32,
     some: u32,
 ) -> vec3<f32> {
-    let along = view_sums(place, scope.rays, ray, t, some);
+    let along = view_sums(ray, t, some);
     let way = gaussians::way_between(ray.offset + t * ray.direction, light.position.xyz);
     var depth = 0.0;
     for (var at = 0u; at < frame.counts.z; at++) {
@@ -560,23 +550,23 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
 #endif
 
 /// β and T from the eye.
-fn view_sums(place: u32, rays: bundle::Bundle, ray: view::Ray, t: f32, some: u32) -> vec2<f32> {
+fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec2<f32> {
     var sums = vec2<f32>(0.0);
-    for (var first = 0u; first < frame.counts.z; first += tile::CHUNK) {
-        // The marks of a single chunk stand already.
-        if frame.counts.z > tile::CHUNK {
-            mark_seen(place, rays, first);
+    for (var word = 0u; word < (frame.counts.z + 31u) / 32u; word++) {
+        var bits = some;
+        if word < tile::WORDS {
+            bits &= tile::kept(word);
         }
-        for (var word = 0u; word < tile::words(frame.counts.z - first); word++) {
-            var bits = tile::kept(word) & some;
-            while bits != 0u {
-                let blob = blobs[first + word * 32u + firstTrailingBit(bits)];
-                bits &= bits - 1u;
-                let seen = gaussians::seen_from(blob, ray.offset);
-                let line = gaussians::line_of(seen, ray.direction, t);
-                sums.x += gaussians::extinction_at_end(seen, line);
-                sums.y += gaussians::depth_of(seen, line, t);
-            }
+        while bits != 0u {
+            let place = word * 32u + firstTrailingBit(bits);
+            bits &= bits - 1u;
+            // Behind the list there is nothing; what lies behind the marks is summed up as it is.
+            let blob = blobs[min(place, frame.counts.z - 1u)];
+            let seen = gaussians::seen_from(blob, ray.offset);
+            let line = gaussians::line_of(seen, ray.direction, t);
+            let counts = select(0.0, 1.0, place < frame.counts.z);
+            sums.x += counts * gaussians::extinction_at_end(seen, line);
+            sums.y += counts * gaussians::depth_of(seen, line, t);
         }
     }
     return sums;

@@ -1,6 +1,7 @@
 //! What the tests share.
 
 pub mod camera;
+pub mod cases;
 pub mod decode;
 pub mod errors;
 pub mod http;
