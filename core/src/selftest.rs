@@ -1,12 +1,15 @@
-//! What each backend makes of a few small scenes, against the same maths in f64, ray by ray.
+//! What each backend makes of a few small scenes, against the same maths in f64, ray by ray; and of a
+//! preset, against the CPU.
 
+use crate::airlight::Estimator;
 use crate::cpu::Cpu;
 use crate::cpu::frame::CENTER;
 use crate::cpu::viewpoint::Viewpoint;
 use crate::gpu::Gpu;
+use crate::presets;
 use crate::renderer::{Frame, Interrupted, Progress};
 use crate::request::{Layer, ProbeRay, Quality, Tonemap, View};
-use crate::scene::{CheckedScene, read};
+use crate::scene::{Airlight, CheckedScene, read};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,6 +17,8 @@ use std::time::Instant;
 
 const WIDTH: u32 = 48;
 const HEIGHT: u32 = 36;
+/// What stands for usual scenes.
+const PRESETS: [&str; 1] = ["steaming-vessel"];
 /// Next to black, a value counts as this share of the largest.
 const FLOOR: f64 = 0.01;
 /// Pixels that may see another surface than the exact ray does, where it grazes an edge.
@@ -28,6 +33,29 @@ pub struct BackendReport {
     pub device: String,
     /// Its pictures, model by model.
     pub models: Vec<ModelReport>,
+    /// Its pictures of presets against the CPU's.
+    pub presets: Vec<PresetReport>,
+}
+
+/// How far a layer of a preset is from the CPU's.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct LayerReport {
+    /// The layer.
+    pub layer: Layer,
+    /// As for models.
+    pub largest_difference: f64,
+}
+
+/// What a preset takes, and how far its pictures are from the CPU's; its light is scattered as by
+/// `fogshop2007`, for which every backend has passes.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct PresetReport {
+    /// Its name.
+    pub name: &'static str,
+    /// Layer by layer.
+    pub layers: Vec<LayerReport>,
+    /// What the second picture of 800×600 pixels takes [ms].
+    pub ms: f64,
 }
 
 /// How far pictures by one model are from the f64 maths.
@@ -93,24 +121,24 @@ const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
                {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}],
     "far_m": 60"#;
 
+fn view(layer: Layer) -> View {
+    View {
+        width: WIDTH,
+        height: HEIGHT,
+        quality: Quality::Full,
+        layer,
+        samples: Some(1),
+        exposure_ev: 0.0,
+        tonemap: Tonemap::Agx,
+        for_screen: false,
+        estimator: None,
+    }
+}
+
 impl Trial {
     fn scene(&self) -> Option<CheckedScene> {
         let text = format!(r#"{{{STAGE}, "fog": {}}}"#, self.fog);
         read::<crate::scene::Scene>(text.as_bytes()).ok()?.check().ok()
-    }
-
-    fn view(&self) -> View {
-        View {
-            width: WIDTH,
-            height: HEIGHT,
-            quality: Quality::Full,
-            layer: self.layer,
-            samples: Some(1),
-            exposure_ev: 0.0,
-            tonemap: Tonemap::Agx,
-            for_screen: false,
-            estimator: None,
-        }
     }
 
     /// What a backend's picture differs by; `None` if the backend leaves the model to another one.
@@ -121,7 +149,7 @@ impl Trial {
         render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
     ) -> Result<Option<ModelReport>, Interrupted> {
         let Some(scene) = self.scene() else { return Ok(None) };
-        let view = self.view();
+        let view = view(self.layer);
         // The first picture builds what is kept, pipelines among it.
         if render(&scene, &view)?.is_none() {
             return Ok(None);
@@ -130,20 +158,58 @@ impl Trial {
         let Some(frame) = render(&scene, &view)? else { return Ok(None) };
         let ms = begun.elapsed().as_secs_f64() * 1e3;
         let largest_difference =
-            self.difference(&frame, &exact(cpu, &scene, self.layer, progress)?);
+            difference(&frame.pixels, &exact(cpu, &scene, self.layer, progress)?);
         Ok(Some(ModelReport { model: self.model, layer: self.layer, largest_difference, ms }))
     }
+}
 
-    fn difference(&self, frame: &Frame, exact: &[f64]) -> f64 {
-        let largest = exact.iter().fold(0.0f64, |most, v| most.max(v.abs()));
-        let difference = |(a, b): (&f32, &f64)| {
-            (f64::from(*a) - b).abs() / b.abs().max(FLOOR * largest).max(f64::MIN_POSITIVE)
-        };
-        let mut all: Vec<_> = frame.pixels.iter().zip(exact).map(difference).collect();
-        all.sort_unstable_by(f64::total_cmp);
-        let kept = (all.len() as f64 * (1.0 - GRAZING)) as usize;
-        all.get(kept.saturating_sub(1)).copied().unwrap_or(0.0)
+/// The largest difference of a picture, but for rays that graze edges.
+fn difference(pixels: &[f32], exact: &[f64]) -> f64 {
+    let largest = exact.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    let difference = |(a, b): (&f32, &f64)| {
+        (f64::from(*a) - b).abs() / b.abs().max(FLOOR * largest).max(f64::MIN_POSITIVE)
+    };
+    let mut all: Vec<_> = pixels.iter().zip(exact).map(difference).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    let kept = (all.len() as f64 * (1.0 - GRAZING)) as usize;
+    all.get(kept.saturating_sub(1)).copied().unwrap_or(0.0)
+}
+
+/// A preset as a backend renders it; `None` leaves a picture to the CPU.
+fn preset(
+    (name, scene): (&'static str, &CheckedScene),
+    cpu: &Cpu,
+    progress: &Progress,
+    render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
+) -> Result<PresetReport, Interrupted> {
+    let estimator = Some(Estimator::Scene(Airlight::Fogshop2007));
+    let view = |layer, width, height| View { width, height, estimator, ..view(layer) };
+    let mut layers = Vec::new();
+    for layer in Layer::ALL {
+        let view = view(layer, 160, 120);
+        let Some(own) = render(scene, &view)? else { continue };
+        let cpus = cpu.render(scene, &view, progress)?.pixels;
+        let cpus: Vec<_> = cpus.into_iter().map(f64::from).collect();
+        let largest_difference = difference(&own.pixels, &cpus);
+        layers.push(LayerReport { layer, largest_difference });
     }
+    let large = view(Layer::Beauty, 800, 600);
+    render(scene, &large)?;
+    let begun = Instant::now();
+    render(scene, &large)?;
+    let ms = begun.elapsed().as_secs_f64() * 1e3;
+    Ok(PresetReport { name, layers, ms })
+}
+
+/// All presets that are tried.
+fn all_presets(
+    cpu: &Cpu,
+    progress: &Progress,
+    render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted> + Copy,
+) -> Result<Vec<PresetReport>, Interrupted> {
+    let tried = presets::all().into_iter().filter(|preset| PRESETS.contains(&preset.name));
+    let checked = tried.filter_map(|preset| Some((preset.name, preset.scene.check().ok()?)));
+    checked.map(|(name, scene)| preset((name, &scene), cpu, progress, render)).collect()
 }
 
 /// The layer's values in f64, along the pixels' rays.
@@ -178,7 +244,8 @@ pub(crate) fn of_cpu(cpu: &Cpu, progress: &Progress) -> Result<BackendReport, In
     // Its name alone: what stands in brackets is no one's business.
     let level = format!("{:?}", fearless_simd::Level::new());
     let device = level.split('(').next().unwrap_or_default().to_owned();
-    Ok(BackendReport { backend: "cpu", device, models })
+    let presets = all_presets(cpu, progress, render)?;
+    Ok(BackendReport { backend: "cpu", device, models, presets })
 }
 
 /// A device's report.
@@ -192,7 +259,9 @@ pub(crate) fn of_gpu(
         Ok(gpu.render(&cpu.cache, scene, view, progress).unwrap_or_default())
     };
     let models = models(cpu, progress, render)?;
-    Ok(BackendReport { backend: "gpu", device: gpu.name().to_owned(), models })
+    let presets = all_presets(cpu, progress, render)?;
+    let device = gpu.name().to_owned();
+    Ok(BackendReport { backend: "gpu", device, models, presets })
 }
 
 fn models(

@@ -93,6 +93,9 @@ impl From<Backend> for fogbank_core::Backend {
 pub struct RenderArgs {
     /// A scene file, `-` for standard input, or `preset:NAME`.
     pub scene: String,
+    /// What renders.
+    #[arg(long, env = "FOGBANK_BACKEND", value_enum, default_value_t)]
+    pub backend: Backend,
     /// Where to write; the ending says the format: .png .jpg .jpeg .webp .exr .npy
     #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", value_parser = output)]
     pub out: Output,
@@ -151,6 +154,9 @@ pub struct ProbeArgs {
 pub struct CompareArgs {
     /// A scene file, `-` for standard input, or `preset:NAME`.
     pub scene: String,
+    /// What renders.
+    #[arg(long, env = "FOGBANK_BACKEND", value_enum, default_value_t)]
+    pub backend: Backend,
     /// Pixels along a row.
     #[arg(long, env = "FOGBANK_WIDTH", default_value_t = 320)]
     pub width: u32,

@@ -1,19 +1,18 @@
 //! `fogbank render`, `probe`, `compare`, `backends` and `schema`: the same requests as over HTTP, without a server.
 
-use crate::cli::{CompareArgs, Output, ProbeArgs, RenderArgs};
+use crate::cli::{Backend, CompareArgs, Output, ProbeArgs, RenderArgs};
 use crate::routes::probe::ProbeAnswer;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::gpu::{self, Gpu};
 use fogbank_core::image::{encode, encode_errors};
-use fogbank_core::request::{Layer, ProbeRequest, Quality, RayRequest, RenderRequest, Tonemap};
+use fogbank_core::request::{ProbeRequest, RayRequest, RenderRequest};
 use fogbank_core::scene::{self, Problem, ReadError, Scene};
-use fogbank_core::selftest::BackendReport;
 use fogbank_core::{Interrupted, Progress, Renderer, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use schemars::schema_for;
 use serde::Serialize;
 use std::io::{self, Read, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Why a command failed: one line a reason.
 #[derive(Debug)]
@@ -52,14 +51,18 @@ pub fn render(args: RenderArgs) -> Result<(), Failure> {
     };
     let (scene, mut view) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
     view = view.for_format(format);
-    let renderer = Renderer::default();
+    let renderer = open(args.backend)?;
     let frame = watched(|progress| renderer.render(&scene, &view, progress))?;
     let name = path.display();
     let file = encode(&frame, &view, format).map_err(|error| Failure::new(&name, error))?;
     std::fs::write(&path, file).map_err(|error| Failure::new(&name, error))
 }
 
-/// Prints the numbers along one ray.
+fn open(backend: Backend) -> Result<Renderer, Failure> {
+    Renderer::open(backend.into()).map_err(|failure| Failure::new("--backend gpu", failure))
+}
+
+/// Prints the numbers along one ray, which are always those of the f64 maths.
 ///
 /// # Errors
 /// What is wrong with the scene or an option.
@@ -90,7 +93,7 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
         b: Side { airlight: args.b, steps: args.b_steps },
     };
     let (scene, pair) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
-    let renderer = Renderer::default();
+    let renderer = open(args.backend)?;
     let compared = watched(|progress| compare::run(&renderer, &scene, &pair, progress))?;
     if let Some(Output { path, format }) = out {
         let name = path.display();
@@ -101,51 +104,18 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     print(&compared.comparison)
 }
 
-/// Prints every backend of this machine, with its differences from the f64 maths and what a preset
-/// takes on it.
+/// Prints every backend of this machine: its differences from the f64 maths, model by model, and from
+/// the CPU's pictures, layer by layer; and what a preset takes on it.
 ///
 /// # Errors
 /// When they cannot be written.
 pub fn backends() -> Result<(), Failure> {
-    let mut renderers = vec![Renderer::default()];
+    let mut reports = watched(|progress| Renderer::default().selftest(progress))?;
     for adapter in gpu::device::adapters() {
-        renderers.extend(Renderer::on(move || Gpu::of(&adapter)));
+        let Ok(renderer) = Renderer::on(move || Gpu::of(&adapter)) else { continue };
+        reports.extend(watched(|progress| renderer.selftest(progress))?.pop());
     }
-    let scene = presets::all().into_iter().find(|preset| preset.name == TIMED_PRESET);
-    let request = RenderRequest {
-        scene: scene.map(|preset| preset.scene).unwrap_or_default(),
-        width: 800,
-        height: 600,
-        quality: Quality::Full,
-        layer: Layer::Beauty,
-        samples: None,
-        exposure_ev: 0.0,
-        tonemap: Tonemap::Agx,
-    };
-    let (scene, view) = request.check().map_err(|problems| invalid(TIMED_PRESET, problems))?;
-    let mut listed = Vec::new();
-    for renderer in renderers {
-        let mut reports = watched(|progress| renderer.selftest(progress))?;
-        let Some(report) = reports.pop() else { continue };
-        watched(|progress| renderer.render(&scene, &view, progress))?;
-        let begun = Instant::now();
-        watched(|progress| renderer.render(&scene, &view, progress))?;
-        let ms = begun.elapsed().as_secs_f64() * 1e3;
-        listed.push(Listed { report, preset: TIMED_PRESET, preset_ms: ms });
-    }
-    print(&listed)
-}
-
-/// What stands for a usual scene.
-const TIMED_PRESET: &str = "steaming-vessel";
-
-/// A backend of this machine.
-#[derive(Serialize)]
-struct Listed {
-    report: BackendReport,
-    /// A preset at 800×600, float and at rest, and what it took [ms].
-    preset: &'static str,
-    preset_ms: f64,
+    print(&reports)
 }
 
 /// Prints the JSON schema of a scene.

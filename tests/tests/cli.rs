@@ -247,6 +247,24 @@ fn wrong_arguments_are_refused_with_words_that_help() {
     }
 }
 
+/// A driver in software will do, and its picture looks like the CPU's.
+#[test]
+fn render_takes_the_backend_it_is_told() {
+    let shown = ["cpu", "gpu"].map(|backend| {
+        let out = file(&format!("on-{backend}.png"));
+        let backend = format!("--backend={backend}");
+        let out_name = out.to_str().unwrap();
+        let size = ["--width=120", "--height=90", "--quality=draft"];
+        let preset = ["render", "preset:street-thin", "-o", out_name, &backend];
+        succeed(&[&preset[..], &size].concat());
+        image::open(&out).unwrap().to_rgb8()
+    });
+    let [cpu, gpu] = shown;
+    assert_ne!(cpu, gpu, "the same maths in another order differ in some last bits");
+    let off = cpu.iter().zip(gpu.iter()).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+    assert!(50 * off < cpu.len(), "{off} of {} levels differ", cpu.len());
+}
+
 #[test]
 fn backends_are_listed_with_their_differences() {
     // Drivers may say what they like on standard error.
@@ -254,12 +272,15 @@ fn backends_are_listed_with_their_differences() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let backends = listed.as_array().unwrap();
-    let names: Vec<_> = backends.iter().map(|b| b["report"]["backend"].as_str().unwrap()).collect();
+    let names: Vec<_> = backends.iter().map(|b| b["backend"].as_str().unwrap()).collect();
     assert!(names.contains(&"cpu") && names.contains(&"gpu"), "{names:?}");
     for backend in backends {
-        assert!(backend["preset_ms"].as_f64().unwrap() > 0.0);
-        for model in backend["report"]["models"].as_array().unwrap() {
-            assert!(model["largest_difference"].as_f64().unwrap() < 1e-3, "{model}");
+        let preset = &backend["presets"][0];
+        assert!(preset["ms"].as_f64().unwrap() > 0.0);
+        let layers = preset["layers"].as_array().unwrap();
+        assert_eq!(layers.len(), 7, "{preset}");
+        for entry in layers.iter().chain(backend["models"].as_array().unwrap()) {
+            assert!(entry["largest_difference"].as_f64().unwrap() < 1e-3, "{entry}");
         }
     }
 }
