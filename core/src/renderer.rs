@@ -204,6 +204,15 @@ impl Renderer {
         if self.gpu().is_some() { "gpu" } else { "cpu" }
     }
 
+    /// Makes the device ready for frames, so that the first does not wait for its shaders.
+    pub fn warm_up(&self) {
+        let Some(gpu) = self.gpu() else { return };
+        if let Err(failure) = gpu.warm_up() {
+            // The frame that needs it will find that out, too, and get another device.
+            tracing::warn!("{}: {failure}", gpu.name());
+        }
+    }
+
     /// Becomes true when the CPU has to take over from a GPU that failed again and again.
     pub fn fallback(&self) -> Arc<AtomicBool> {
         self.gpu.as_ref().map(|slot| Arc::clone(&slot.fallen_back)).unwrap_or_default()

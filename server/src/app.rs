@@ -67,6 +67,7 @@ impl App {
     /// When there is no such backend, or the system gives it no thread.
     pub fn start(options: ServeArgs) -> std::io::Result<Self> {
         let renderer = Renderer::open(options.backend.into()).map_err(std::io::Error::other)?;
+        renderer.warm_up();
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
             has_fallen_back: renderer.fallback(),

@@ -27,6 +27,7 @@ use crate::renderer::{Frame, Progress};
 use crate::request::View;
 use crate::scene::CheckedScene;
 use buffers::{Kept, Lists, Table, Triangles};
+use compose::Pass;
 use device::Device;
 use frame::Picture;
 use pipelines::Pipelines;
@@ -79,9 +80,9 @@ impl Gpu {
 
     fn new(device: Device) -> Self {
         // A tile's sum stays in registers, where every pixel of a quad is read and written in
-        // memory: measured on a driver in software (docs/speed.md), expected of hardware.
+        // memory: that is worth more the more blobs overlap (docs/backends.md).
         let blob_pass = BlobPass::Tiles;
-        // A driver in software takes minutes for what the CPU's lanes do in a tenth of a second.
+        // A driver in software takes seconds for what the CPU's lanes do in a tenth of one.
         let maps = device.is_hardware();
         Self {
             device,
@@ -104,6 +105,19 @@ impl Gpu {
     #[must_use]
     pub fn with_mapped(self) -> Self {
         Self { maps: true, ..self }
+    }
+
+    /// Makes the pipelines that usual frames need, before they do.
+    ///
+    /// # Errors
+    /// Where the device does not take one.
+    pub fn warm_up(&self) -> Result<(), Failure> {
+        let usual = compose::compositions().into_iter().filter(|key| {
+            // Other layers are put together on first use.
+            key.pass != Pass::Composite || key.defines.contains(&"LAYER_BEAUTY")
+        });
+        let usual = usual.filter(|key| self.maps || key.pass != Pass::Mapped);
+        usual.map(|key| self.pipelines.get(&self.device, &key)).try_for_each(|made| made.map(drop))
     }
 
     /// The adapter's name.
