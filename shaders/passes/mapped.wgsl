@@ -85,8 +85,8 @@ struct Piece {
 /// Gauss–Legendre abscissae and weights on [0, 1] of 32, 64, 128, 256 and 512 nodes, one after the
 /// other.
 @group(0) @binding(6) var<storage, read> rules: array<vec2<f32>>;
-/// For every tile, eight words of pixels that wait for smaller patches; to begin with all.
-@group(0) @binding(7) var<storage, read_write> left: array<atomic<u32>>;
+/// For every tile, eight words of pixels that have their airlight.
+@group(0) @binding(7) var<storage, read_write> settled: array<atomic<u32>>;
 @group(0) @binding(8) var<uniform> limits: patch::Tolerance;
 #ifdef LIGHT_TABLE
 @group(0) @binding(9) var<uniform> extent: light_table::Extent;
@@ -162,7 +162,7 @@ fn own_of(place: u32, first: vec2<u32>, side: u32, area: vec4<f32>) -> Own {
     let share = pixels::shares(patch::place_in(area, view::sample_of(frame, pixel)));
     var own = Own(pixel, false, view::ray_of(frame, pixel), 0.0, share);
     if is_there && view::is_inside(frame, pixel) {
-        own.waits = (atomicLoad(&left[word_of(pixel)]) & bit_of(pixel)) != 0u;
+        own.waits = (atomicLoad(&settled[word_of(pixel)]) & bit_of(pixel)) == 0u;
     }
     if own.waits {
         own.length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
@@ -170,7 +170,7 @@ fn own_of(place: u32, first: vec2<u32>, side: u32, area: vec4<f32>) -> Own {
     return own;
 }
 
-/// Where a pixel's bit is in `left`.
+/// Where a pixel's bit is in `settled`.
 fn word_of(pixel: vec2<u32>) -> u32 {
     let tiles = (u32(frame.size.z) + tile::SIDE - 1u) / tile::SIDE;
     let at = pixel / tile::SIDE;
@@ -188,7 +188,7 @@ fn settle(own: Own, light: lamp::Lamp, value: vec2<f32>) {
     }
     let airlight = value.x * light.scattered.rgb;
     fogged[view::index_of(frame, own.pixel)] += vec4<f32>(airlight, 0.0);
-    atomicAnd(&left[word_of(own.pixel)], ~bit_of(own.pixel));
+    atomicOr(&settled[word_of(own.pixel)], bit_of(own.pixel));
 }
 
 /// Leaves a quarter of the patch to the next dispatch.

@@ -20,7 +20,7 @@ pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
 use crate::cpu::cache::Cache;
-use crate::cpu::frame::{Context, fill_tables, light_sides};
+use crate::cpu::frame::{Context, Lamp, fill_tables, light_sides};
 use crate::cpu::mapped::LightTable;
 use crate::geometry::Geometry;
 use crate::renderer::{Frame, Progress};
@@ -43,6 +43,9 @@ pub enum BlobPass {
     Tiles,
 }
 
+/// Blobs that the mapped airlight sums up towards a light without a table at each place: more take a
+/// device longer than it is waited for.
+const MOST_UNTABLED: usize = 1024;
 /// Geometries whose triangles stay on a device.
 const GEOMETRIES: usize = 2;
 /// Tables of lights that stay there: of a frame with the most lights, or of several with few.
@@ -163,8 +166,9 @@ impl Gpu {
             return Ok(None);
         }
         context.lit_blobs = light_sides(&context, cache, scene);
-        if self.maps {
-            fill_tables(&mut context, cache, scene);
+        fill_tables(&mut context, cache, scene);
+        if context.method == Method::Mapped && sums_too_many(&context) {
+            return Ok(None);
         }
         let make = || Triangles::new(&self.device, &geometry);
         let triangles = self.triangles.get(&geometry, make)?;
@@ -190,4 +194,11 @@ impl Gpu {
     pub fn abandon(&self) {
         self.device.abandon();
     }
+}
+
+fn sums_too_many(context: &Context) -> bool {
+    let has_none = |lamp: &Lamp| lamp.table.is_none();
+    context.shows_airlight()
+        && context.field.blobs.len() > MOST_UNTABLED
+        && context.lamps.iter().any(has_none)
 }

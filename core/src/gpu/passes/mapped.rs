@@ -6,44 +6,64 @@ use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, TILE, all, texture, tiles};
 use crate::gpu::pipelines::Kind;
-use wgpu::BufferUsages;
+use wgpu::{BufferUsages, CommandEncoder};
 
 /// Pixels along the sides of patches.
 const SIDES: [u32; 5] = [TILE, 8, 4, 2, 1];
 /// Workgroups of a row of a dispatch.
 const ACROSS: u32 = 1 << 15;
-/// A list of patches, and of workgroups that take them.
-const LIST: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::INDIRECT);
+/// Bytes of a list's head: workgroups across, down and deep, and how many patches there are.
+const HEAD: u64 = 16;
+/// A list of patches, by which they are dispatched.
+const LIST: BufferUsages =
+    BufferUsages::STORAGE.union(BufferUsages::INDIRECT).union(BufferUsages::COPY_DST);
 
-/// What waits for patches of one size.
-struct Waiting<'a> {
-    side: u32,
-    /// A bit a pixel, tile by tile.
-    left: &'a Buffer,
-    /// Patches of that size, and of the next.
-    lists: [&'a Buffer; 2],
+/// What waits for patches of which size.
+struct Waiting {
+    /// A bit a pixel, tile by tile: 1 where it has its airlight.
+    settled: Buffer,
+    /// Patches of every size, and behind the smallest none.
+    lists: Vec<Buffer>,
+}
+
+impl Waiting {
+    fn new(frame: &Recorder) -> Result<Self, Failure> {
+        let (columns, rows) = tiles(frame.context.grid);
+        let device = &frame.gpu.device;
+        let bits = 32 * u64::from(columns * rows);
+        let settled = device.buffer(bits, BufferUsages::STORAGE | BufferUsages::COPY_DST)?;
+        let mut lists = vec![device.filled(&all_patches(columns, rows), LIST)?];
+        for side in &SIDES[1..] {
+            let patches = columns * rows * (TILE / side) * (TILE / side);
+            lists.push(device.buffer(bytes(patches), LIST)?);
+        }
+        lists.push(device.buffer(bytes(1), LIST)?);
+        Ok(Self { settled, lists })
+    }
+
+    /// All pixels wait in the largest patches.
+    fn begin(&self, encoder: &mut CommandEncoder) {
+        encoder.clear_buffer(&self.settled.handle, 0, None);
+        for list in &self.lists[1..] {
+            encoder.clear_buffer(&list.handle, 0, Some(HEAD));
+        }
+    }
 }
 
 impl Recorder<'_> {
     /// Airlight by the mapped rule.
     pub fn mapped(&mut self) -> Result<(), Failure> {
-        let (columns, rows) = tiles(self.context.grid);
-        let device = &self.gpu.device;
-        let all_left = vec![u8::MAX; 32 * (columns * rows) as usize];
-        let whole = all_patches(columns, rows);
-        for lamp in 0..self.context.lamps.len() as u32 {
-            let table = &self.context.lamps[lamp as usize].table;
-            let table = self.gpu.tables.get(table, || Table::of(device, table))?;
-            let left = device.filled(&all_left, BufferUsages::STORAGE)?;
-            let mut now = device.filled(&whole, LIST)?;
-            for side in SIDES {
-                let next = device.buffer(bytes(columns * rows * quarters(side)), LIST)?;
-                let waiting = Waiting { side, left: &left, lists: [&now, &next] };
-                self.patches(lamp, Option::as_ref(&table), &waiting)?;
-                self.kept.push(std::mem::replace(&mut now, next));
+        let waiting = Waiting::new(self)?;
+        for lamp in 0..self.context.lamps.len() {
+            let table = &self.context.lamps[lamp].table;
+            let table = self.gpu.tables.get(table, || Table::of(&self.gpu.device, table))?;
+            waiting.begin(&mut self.encoder);
+            for size in 0..SIDES.len() {
+                self.patches(lamp as u32, Option::as_ref(&table), &waiting, size)?;
             }
-            self.kept.extend([now, left]);
         }
+        self.kept.push(waiting.settled);
+        self.kept.extend(waiting.lists);
         Ok(())
     }
 
@@ -52,13 +72,14 @@ impl Recorder<'_> {
         lamp: u32,
         table: Option<&Table>,
         waiting: &Waiting,
+        size: usize,
     ) -> Result<(), Failure> {
         let Some(fogged) = &self.targets.computed else { return Ok(()) };
         let defines: &[&str] = if table.is_some() { &["LIGHT_TABLE"] } else { &[] };
         let pipeline = self.pipeline(Pass::Mapped, &[defines])?;
-        let span = self.span([lamp, lamp + 1, waiting.side, 0])?;
+        let span = self.span([lamp, lamp + 1, SIDES[size], 0])?;
         let lists = self.lists;
-        let [now, next] = waiting.lists;
+        let (now, next) = (&waiting.lists[size], &waiting.lists[size + 1]);
         let mut entries = vec![
             all(0, &self.view),
             texture(1, &self.targets.hits),
@@ -67,7 +88,7 @@ impl Recorder<'_> {
             all(4, &span),
             all(5, &lists.lamps),
             all(6, &lists.rules),
-            all(7, waiting.left),
+            all(7, &waiting.settled),
             all(8, &lists.tolerance),
             all(11, now),
             all(12, next),
@@ -101,12 +122,7 @@ fn all_patches(columns: u32, rows: u32) -> Vec<u8> {
     list
 }
 
-/// Bytes of a list of so many patches: a multiple of its first row.
+/// Bytes of a list of so many patches: a multiple of its head.
 fn bytes(patches: u32) -> u64 {
-    16 + (4 * u64::from(patches)).next_multiple_of(16)
-}
-
-/// Patches of half the side, in a tile.
-fn quarters(side: u32) -> u32 {
-    4 * (TILE / side) * (TILE / side)
+    HEAD + (4 * u64::from(patches)).next_multiple_of(HEAD)
 }
