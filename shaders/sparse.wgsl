@@ -4,7 +4,8 @@
 //
 // A pixel without a neighbour at a like depth is missing: passes with MISSING compute those.
 //
-// Twin: core/src/cpu/upsample.rs.
+// Twin: core/src/cpu/upsample.rs, which also computes the pixels around a lamp's image. Here the
+// homogeneous fog, whose airlight peaks there, is not carried over at all.
 
 #define_import_path fogbank::sparse
 

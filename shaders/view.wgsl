@@ -30,7 +30,7 @@ struct View {
 
 /// A part of a list that one pass or one dispatch works on.
 struct Span {
-    /// x: the first. y: one past the last. zw: unused.
+    /// x: the first. y: one past the last. zw: as the pass says.
     range: vec4<u32>,
 }
 

@@ -152,14 +152,14 @@ impl Slot {
 
     /// Opens the device anew, unless another thread has done so.
     fn replace(&self, failed: &Arc<Gpu>, failure: &Failure) {
+        if *failure == Failure::Silent {
+            failed.abandon();
+        }
         let mut opened = self.opened();
         if !opened.gpu.as_ref().is_some_and(|gpu| Arc::ptr_eq(gpu, failed)) {
             return;
         }
         tracing::warn!("{}: {failure}", failed.name());
-        if *failure == Failure::Silent {
-            failed.abandon();
-        }
         opened.gpu = None;
         opened.reopened.retain(|then| then.elapsed() < PERIOD);
         if opened.reopened.len() < REOPENINGS {

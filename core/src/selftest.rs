@@ -13,6 +13,7 @@ use crate::scene::{Airlight, CheckedScene, read};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::cell::Cell;
 use std::time::Instant;
 
 const WIDTH: u32 = 48;
@@ -181,7 +182,7 @@ fn preset(
     cpu: &Cpu,
     progress: &Progress,
     render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
-) -> Result<PresetReport, Interrupted> {
+) -> Result<Option<PresetReport>, Interrupted> {
     let estimator = Some(Estimator::Scene(Airlight::Fogshop2007));
     let view = |layer, width, height| View { width, height, estimator, ..view(layer) };
     let mut layers = Vec::new();
@@ -196,9 +197,9 @@ fn preset(
     let large = view(Layer::Beauty, 800, 600);
     render(scene, &large)?;
     let begun = Instant::now();
-    render(scene, &large)?;
+    let shown = render(scene, &large)?;
     let ms = begun.elapsed().as_secs_f64() * 1e3;
-    Ok(PresetReport { name, layers, ms })
+    Ok(shown.map(|_| PresetReport { name, layers, ms }))
 }
 
 /// All presets that are tried.
@@ -209,7 +210,9 @@ fn all_presets(
 ) -> Result<Vec<PresetReport>, Interrupted> {
     let tried = presets::all().into_iter().filter(|preset| PRESETS.contains(&preset.name));
     let checked = tried.filter_map(|preset| Some((preset.name, preset.scene.check().ok()?)));
-    checked.map(|(name, scene)| preset((name, &scene), cpu, progress, render)).collect()
+    let reports =
+        checked.map(|(name, scene)| preset((name, &scene), cpu, progress, render).transpose());
+    reports.flatten().collect()
 }
 
 /// The layer's values in f64, along the pixels' rays.
@@ -254,9 +257,21 @@ pub(crate) fn of_gpu(
     cpu: &Cpu,
     progress: &Progress,
 ) -> Result<BackendReport, Interrupted> {
+    // A device that fails has nothing to show, and is not asked again.
+    let has_failed = Cell::new(false);
     let render = |scene: &CheckedScene, view: &View| {
-        // A device that fails has no models to show.
-        Ok(gpu.render(&cpu.cache, scene, view, progress).unwrap_or_default())
+        if has_failed.get() {
+            return Ok(None);
+        }
+        match gpu.render(&cpu.cache, scene, view, progress) {
+            Ok(frame) => Ok(frame),
+            Err(_) if progress.is_over() => Err(Interrupted),
+            Err(failure) => {
+                tracing::warn!("{}: {failure}", gpu.name());
+                has_failed.set(true);
+                Ok(None)
+            }
+        }
     };
     let models = models(cpu, progress, render)?;
     let presets = all_presets(cpu, progress, render)?;

@@ -96,6 +96,11 @@ impl<K, V> Kept<K, V> {
         entries.truncate(self.most);
         Ok(value)
     }
+
+    /// Lets go of all.
+    pub fn clear(&self) {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
 }
 
 impl Triangles {

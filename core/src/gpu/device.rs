@@ -10,6 +10,7 @@ use std::pin::pin;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::task::{Context, Poll, Waker};
+use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 use wgpu::SubmissionIndex;
 
@@ -77,7 +78,8 @@ pub struct Device {
     /// Takes commands.
     pub queue: wgpu::Queue,
     lost: Arc<AtomicBool>,
-    refused: Arc<Mutex<Option<Failure>>>,
+    /// What it refused, and the thread that asked for it.
+    refused: Arc<Mutex<Vec<(ThreadId, Failure)>>>,
     taken: Arc<AtomicU64>,
     /// Where the device's life ends; for tests.
     #[cfg(test)]
@@ -164,7 +166,7 @@ impl Device {
         let opened = now(adapter.request_device(&descriptor));
         let (handle, queue) = opened.map_err(|error| Failure::Refused(error.to_string()))?;
         let lost = Arc::new(AtomicBool::new(false));
-        let refused = Arc::new(Mutex::new(None));
+        let refused = Arc::new(Mutex::new(Vec::new()));
         let (flag, slot) = (Arc::clone(&lost), Arc::clone(&refused));
         handle.set_device_lost_callback(move |_, _| flag.store(true, Ordering::SeqCst));
         handle.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -172,7 +174,8 @@ impl Device {
                 wgpu::Error::OutOfMemory { .. } => Failure::Memory(0),
                 other => Failure::Refused(other.to_string()),
             };
-            slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
+            let mut refused = slot.lock().unwrap_or_else(PoisonError::into_inner);
+            refused.push((std::thread::current().id(), failure));
         }));
         let info = adapter.get_info();
         Ok(Self {
@@ -192,7 +195,7 @@ impl Device {
         self.info.device_type != wgpu::DeviceType::Cpu
     }
 
-    /// What went wrong since the last look.
+    /// What went wrong since this thread's last look.
     ///
     /// # Errors
     /// The first failure.
@@ -200,8 +203,10 @@ impl Device {
         if self.lost.load(Ordering::SeqCst) {
             return Err(Failure::Lost);
         }
-        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner).take();
-        refused.map_or(Ok(()), Err)
+        let own = std::thread::current().id();
+        let mut refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut failures = refused.extract_if(.., |(thread, _)| *thread == own).collect::<Vec<_>>();
+        if failures.is_empty() { Ok(()) } else { Err(failures.swap_remove(0).1) }
     }
 
     fn share(&self, bytes: u64) -> Result<Share, Failure> {
@@ -326,8 +331,8 @@ impl Device {
         });
         self.reached(Stage::Map);
         self.finish(submission)?;
-        // A submission that is done has called back.
-        match mapped.try_recv() {
+        // A submission that is done calls back, maybe from another thread that waits.
+        match mapped.recv_timeout(PATIENCE[0]) {
             Ok(Ok(())) => staging.get_mapped_range(..).map_err(|_| Failure::Lost),
             _ => Err(Failure::Lost),
         }

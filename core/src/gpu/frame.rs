@@ -86,8 +86,8 @@ pub struct Recorder<'a> {
     pub kept: Vec<Buffer>,
     pub encoder: wgpu::CommandEncoder,
     pub timer: Timer,
-    /// The samples under way.
-    submitted: Vec<SubmissionIndex>,
+    /// What is under way, and the buffers that it counts.
+    submitted: Option<(SubmissionIndex, Vec<Buffer>)>,
 }
 
 /// Renders the layer's picture, and tells what each pass took, where the device can.
@@ -128,7 +128,7 @@ impl<'a> Recorder<'a> {
             kept: Vec::new(),
             encoder: device.handle.create_command_encoder(&Default::default()),
             timer: Timer::new(device)?,
-            submitted: Vec::new(),
+            submitted: None,
         };
         device.reached(Stage::Upload);
         Ok(frame)
@@ -137,8 +137,12 @@ impl<'a> Recorder<'a> {
     /// What pixels show that are sampled at a place within them.
     fn sample(&mut self, place: DVec2, is_first: bool) -> Result<(), Failure> {
         if !is_first {
-            let view = view(self.gpu, self.context, place, 1)?;
-            self.kept.push(std::mem::replace(&mut self.view, view));
+            let shifted = view(self.gpu, self.context, place, 1)?;
+            self.kept.push(std::mem::replace(&mut self.view, shifted));
+            if let Some(low_view) = &mut self.low_view {
+                let shifted = view(self.gpu, self.context, place, LOW_STEP)?;
+                self.kept.push(std::mem::replace(low_view, shifted));
+            }
         }
         self.surfaces()?;
         if self.context.shows_surfaces() {
@@ -158,18 +162,21 @@ impl<'a> Recorder<'a> {
         self.submit()
     }
 
-    /// At most two samples are under way, so that a frame that nobody waits for ends soon.
-    fn submit(&mut self) -> Result<(), Failure> {
+    /// Hands over what is recorded. Nothing else is under way then, so that a frame that nobody waits
+    /// for ends soon; the next passes are recorded meanwhile.
+    pub fn submit(&mut self) -> Result<(), Failure> {
         let device = &self.gpu.device;
         let next = device.handle.create_command_encoder(&Default::default());
         let commands = std::mem::replace(&mut self.encoder, next).finish();
-        if let Some(last) = self.submitted.last() {
-            device.finish(last)?;
+        if let Some((last, buffers)) = self.submitted.take() {
+            device.finish(&last)?;
+            drop(buffers);
         }
         if self.context.progress.is_over() {
             return Err(Failure::Interrupted);
         }
-        self.submitted.push(device.submit(commands)?);
+        let submission = device.submit(commands)?;
+        self.submitted = Some((submission, std::mem::take(&mut self.kept)));
         Ok(())
     }
 

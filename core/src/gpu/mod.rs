@@ -32,7 +32,9 @@ use device::Device;
 use frame::Picture;
 use pipelines::Pipelines;
 use staging::Staging;
+use std::sync::Arc;
 use std::time::Instant;
+use timer::Times;
 
 /// How blobs along view rays are summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +45,9 @@ pub enum BlobPass {
     Tiles,
 }
 
-/// Blobs that the mapped airlight sums up towards a light without a table at each place: more take a
-/// device longer than it is waited for.
+/// Blobs that the mapped airlight takes: those that a tile's marks hold, and those that it sums up
+/// towards a light without a table at each place. More take a device longer than it is waited for.
+const MOST_MARKED: usize = 1 << 16;
 const MOST_UNTABLED: usize = 1024;
 /// Geometries whose triangles stay on a device.
 const GEOMETRIES: usize = 2;
@@ -170,11 +173,16 @@ impl Gpu {
         if context.method == Method::Mapped && sums_too_many(&context) {
             return Ok(None);
         }
-        let make = || Triangles::new(&self.device, &geometry);
-        let triangles = self.triangles.get(&geometry, make)?;
-        let lists = Lists::new(&self.device, &context)?;
         let mut timings = vec![("prepare", begun.elapsed())];
-        let (picture, times) = frame::render(self, &context, &triangles, &lists)?;
+        let drawn = match self.draw(&context, &geometry) {
+            // What idles on the device makes room for what is asked for.
+            Err(Failure::Memory(_)) => {
+                self.forget();
+                self.draw(&context, &geometry)
+            }
+            drawn => drawn,
+        };
+        let (picture, times) = drawn?;
         timings.extend(times);
         let (pixels, shown) = match picture {
             Picture::Linear(pixels) => (pixels, None),
@@ -183,6 +191,24 @@ impl Gpu {
         let (width, height) = (context.grid.width, context.grid.height);
         let backend = "gpu";
         Ok(Some(Frame { width, height, layer: view.layer, pixels, shown, timings, backend }))
+    }
+
+    fn draw(
+        &self,
+        context: &Context,
+        geometry: &Arc<Geometry>,
+    ) -> Result<(Picture, Times), Failure> {
+        let make = || Triangles::new(&self.device, geometry);
+        let triangles = self.triangles.get(geometry, make)?;
+        let lists = Lists::new(&self.device, context)?;
+        frame::render(self, context, &triangles, &lists)
+    }
+
+    /// Lets go of all that is kept between frames but the pipelines.
+    fn forget(&self) {
+        self.staging.clear();
+        self.triangles.clear();
+        self.tables.clear();
     }
 
     /// Whether blobs are summed up by lists.
@@ -198,7 +224,6 @@ impl Gpu {
 
 fn sums_too_many(context: &Context) -> bool {
     let has_none = |lamp: &Lamp| lamp.table.is_none();
-    context.shows_airlight()
-        && context.field.blobs.len() > MOST_UNTABLED
-        && context.lamps.iter().any(has_none)
+    let most = if context.lamps.iter().any(has_none) { MOST_UNTABLED } else { MOST_MARKED };
+    context.shows_airlight() && context.field.blobs.len() > most
 }

@@ -51,6 +51,11 @@ impl Staging {
         Ok(Copy { home: self, buffer, row: row as usize, pitch })
     }
 
+    /// Lets go of all that is idle.
+    pub fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     fn take(&self, device: &Device, size: u64) -> Result<Buffer, Failure> {
         let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match idle.iter().position(|buffer| buffer.handle.size() == size) {

@@ -222,6 +222,29 @@ fn the_device_warms_up() {
     gpu(BlobPass::Tiles).with_mapped().warm_up().expect("all pipelines");
 }
 
+/// Threads share a device; whoever waits gets its own picture.
+#[test]
+fn threads_share_a_device() {
+    let scene = presets::all().remove(2).scene.check().expect("a preset");
+    let renderer = renderer();
+    let device = renderer.gpu().expect("a device");
+    let layers = [Layer::Depth, Layer::OpticalDepth, Layer::Surface, Layer::Normal];
+    let render = |layer| {
+        let view = view(layer, Airlight::None);
+        let frame = renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
+        assert_eq!(frame.backend, "gpu");
+        frame.pixels
+    };
+    let alone = layers.map(render);
+    std::thread::scope(|scope| {
+        for (layer, alone) in layers.into_iter().zip(&alone) {
+            scope.spawn(move || assert!((0..10).all(|_| render(layer) == *alone), "{layer:?}"));
+        }
+    });
+    let now = renderer.gpu().expect("a device");
+    assert!(Arc::ptr_eq(&device, &now), "a device that nothing ails was replaced");
+}
+
 /// Frames leave nothing on the device but what is kept on purpose.
 #[test]
 fn memory_is_flat() {

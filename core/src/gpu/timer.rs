@@ -5,7 +5,7 @@ use std::time::Duration;
 use wgpu::{BufferUsages, QuerySet, SubmissionIndex};
 
 /// Passes of one frame that can be timed.
-const MOST: u32 = 256;
+const MOST: u32 = 2048;
 
 /// What passes took, by name.
 pub type Times = Vec<(&'static str, Duration)>;

@@ -61,6 +61,8 @@ impl Recorder<'_> {
             for size in 0..SIDES.len() {
                 self.patches(lamp as u32, Option::as_ref(&table), &waiting, size)?;
             }
+            // Lamp by lamp, so that no wait is for all of them.
+            self.submit()?;
         }
         self.kept.push(waiting.settled);
         self.kept.extend(waiting.lists);
