@@ -122,7 +122,8 @@ const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
                {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}],
     "far_m": 60"#;
 
-fn view(layer: Layer) -> View {
+/// A small picture whose numbers are wanted.
+pub(crate) fn view(layer: Layer) -> View {
     View {
         width: WIDTH,
         height: HEIGHT,

@@ -212,10 +212,10 @@ fn fog_around(place: u32, rays: bundle::Bundle, longest: f32) -> around::Fog {
     return around::Fog(max(-ends.x, 0.0), min(ends.y, longest), sums.x, sums.y, sums.z);
 }
 
-/// Marks the blobs that matter to the patch's rays, as far as there are marks.
+/// Marks the blobs that matter to the patch's rays; the host sends no more than a chunk.
 fn mark_seen(place: u32, rays: bundle::Bundle) {
     tile::clear(place);
-    for (var at = place; at < min(frame.counts.z, tile::CHUNK); at += tile::SIZE) {
+    for (var at = place; at < frame.counts.z; at += tile::SIZE) {
         let blob = blobs[at];
         if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.weight.y {
             tile::keep(at);
@@ -473,33 +473,19 @@ fn rule_sums(
 }
 
 /// Fields at a place of a ray, the blobs shared by eight neighbouring invocations.
-fn fields_of_eight(
-    place: u32,
-    ray: view::Ray,
-    light: lamp::Lamp,
-    t: f32,
-) -> mapped::Fields {
+fn fields_of_eight(place: u32, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
     let own = sums_at(ray, light, t, EIGHTH << (place % 8u));
     let sums = tile::total_of(place, 8u, vec4<f32>(own, 0.0)).xyz;
     return fields_of(sums, ray, light, t);
 }
 
 /// The same by the invocation alone.
-fn fields_at(
-    ray: view::Ray,
-    light: lamp::Lamp,
-    t: f32,
-) -> mapped::Fields {
+fn fields_at(ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
     return fields_of(sums_at(ray, light, t, ALL), ray, light, t);
 }
 
 #ifdef LIGHT_TABLE
-fn sums_at(
-    ray: view::Ray,
-    light: lamp::Lamp,
-    t: f32,
-    some: u32,
-) -> vec3<f32> {
+fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec3<f32> {
     return vec3<f32>(view_sums(ray, t, some), 0.0);
 }
 
@@ -526,12 +512,7 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
 }
 #else
 /// β, T from the eye and T from the light at a place of a ray, over the blobs of a mask.
-fn sums_at(
-    ray: view::Ray,
-    light: lamp::Lamp,
-    t: f32,
-    some: u32,
-) -> vec3<f32> {
+fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec3<f32> {
     let along = view_sums(ray, t, some);
     let way = gaussians::way_between(ray.offset + t * ray.direction, light.position.xyz);
     var depth = 0.0;
@@ -552,21 +533,15 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
 /// β and T from the eye.
 fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec2<f32> {
     var sums = vec2<f32>(0.0);
-    for (var word = 0u; word < (frame.counts.z + 31u) / 32u; word++) {
-        var bits = some;
-        if word < tile::WORDS {
-            bits &= tile::kept(word);
-        }
+    for (var word = 0u; word < tile::words(frame.counts.z); word++) {
+        var bits = tile::kept(word) & some;
         while bits != 0u {
-            let place = word * 32u + firstTrailingBit(bits);
+            let blob = blobs[word * 32u + firstTrailingBit(bits)];
             bits &= bits - 1u;
-            // Behind the list there is nothing; what lies behind the marks is summed up as it is.
-            let blob = blobs[min(place, frame.counts.z - 1u)];
             let seen = gaussians::seen_from(blob, ray.offset);
             let line = gaussians::line_of(seen, ray.direction, t);
-            let counts = select(0.0, 1.0, place < frame.counts.z);
-            sums.x += counts * gaussians::extinction_at_end(seen, line);
-            sums.y += counts * gaussians::depth_of(seen, line, t);
+            sums.x += gaussians::extinction_at_end(seen, line);
+            sums.y += gaussians::depth_of(seen, line, t);
         }
     }
     return sums;

@@ -246,7 +246,8 @@ impl Targets {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
             gpu.device.buffer(16 * (grid.width * grid.height) as u64, usage)
         };
-        let computes = is_mapped(context) || gpu.lists_blobs() || is_low(context);
+        let is_low = is_low(context) && context.shows_fog();
+        let computes = context.shows_fog() && gpu.lists_blobs() || is_mapped(context) || is_low;
         Ok(Self {
             hits: target(LIGHT)?,
             surfaces: target(NUMBER)?,
@@ -254,7 +255,7 @@ impl Targets {
             radiance: target(LIGHT)?,
             fog: target(LIGHT)?,
             computed: computes.then(|| list(grid)).transpose()?,
-            low: is_low(context).then(|| list(low(grid))).transpose()?,
+            low: is_low.then(|| list(low(grid))).transpose()?,
             edges: (samples > 1).then(|| target(NUMBER)).transpose()?,
             sums: target(LIGHT)?,
         })

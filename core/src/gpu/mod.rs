@@ -45,7 +45,8 @@ pub enum BlobPass {
     Tiles,
 }
 
-/// Blobs that the mapped airlight takes: those that a tile's marks hold, and those that it sums up
+/// Blobs that the mapped airlight takes: those that a tile's marks hold (`CHUNK` in
+/// `shaders/tile.wgsl`), and those that it sums up
 /// towards a light without a table at each place. More take a device longer than it is waited for.
 const MOST_MARKED: usize = 1 << 16;
 const MOST_UNTABLED: usize = 1024;

@@ -10,6 +10,7 @@ use crate::presets;
 use crate::renderer::{Backend, Frame, Progress, Renderer};
 use crate::request::{Layer, Quality, Tonemap, View};
 use crate::scene::{Airlight, CheckedScene, Scene, read};
+use crate::selftest;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use wgpu::BufferUsages;
@@ -23,17 +24,8 @@ fn renderer() -> Renderer {
 }
 
 fn view(layer: Layer, airlight: Airlight) -> View {
-    View {
-        width: 160,
-        height: 120,
-        quality: Quality::Full,
-        layer,
-        samples: Some(1),
-        exposure_ev: 0.0,
-        tonemap: Tonemap::Agx,
-        for_screen: false,
-        estimator: Some(Estimator::Scene(airlight)),
-    }
+    let estimator = Some(Estimator::Scene(airlight));
+    View { width: 160, height: 120, estimator, ..selftest::view(layer) }
 }
 
 fn both(gpu: &Gpu, scene: &CheckedScene, view: &View) -> [Frame; 2] {
