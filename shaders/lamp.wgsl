@@ -23,15 +23,15 @@ struct ToLight {
     miss: f32,
 }
 
-/// A light's nearest distance to a ray counts as at least this share of the scene's own distances:
-/// what rounding leaves of it. A ray through a light thereby has a finite answer.
+/// A light's nearest distance to a ray counts as at least this share of its distance from the ray's
+/// origin: what rounding leaves of it. A ray through a light thereby has a finite answer.
 const MISS_FLOOR: f32 = 1e-6;
-/// The same for a ray without length that starts in a light [m].
+/// The same for a ray that starts in a light [m].
 const LEAST_MISS: f32 = 1e-15;
 
-/// From the light's place relative to the ray's origin, the unit direction and the length.
-fn to_light(light: vec3<f32>, direction: vec3<f32>, length_m: f32) -> ToLight {
-    let floor = max(max(length(light), length_m) * MISS_FLOOR, LEAST_MISS);
+/// From the light's place relative to the ray's origin and the unit direction.
+fn to_light(light: vec3<f32>, direction: vec3<f32>) -> ToLight {
+    let floor = max(length(light) * MISS_FLOOR, LEAST_MISS);
     // A difference of squares would lose a small distance.
     return ToLight(dot(light, direction), max(length(cross(light, direction)), floor));
 }

@@ -40,6 +40,13 @@ pub trait Num:
     fn ln(self) -> Self;
     /// Arc tangent; in f32 lanes its absolute error is below 2e-7.
     fn atan(self) -> Self;
+    /// The angle from 0 to π whose sine and cosine are as `opposite` ≥ 0 to `adjacent`.
+    #[inline(always)]
+    fn angle(opposite: Self, adjacent: Self) -> Self {
+        let acute = (opposite / adjacent).atan();
+        let obtuse = adjacent.lt(adjacent.lit(0.0));
+        Self::select(obtuse, acute + acute.lit(std::f64::consts::PI), acute)
+    }
     /// Error function; in f32 lanes its absolute error is below 1.5e-6, and smooth.
     fn erf(self) -> Self;
     /// erf(y) − erf(x) for x ≤ y, with relative accuracy also where both terms are almost equal:

@@ -58,7 +58,7 @@ fn scattered(cross: Crossing, seen: gaussians::Seen, lit: vec4<f32>, floor_m: f3
     return cross.depth * num::exp_bounded(lit.w - depth - cross.before) * falloff * falloff;
 }
 
-/// The smallest distance that counts between a light and a ray of that length [m].
-fn floor_of(light: lamp::Lamp, length_m: f32) -> f32 {
-    return max(max(length_m, light.position.w) * lamp::MISS_FLOOR, LEAST_DISTANCE);
+/// The smallest distance that counts between a light and a ray [m].
+fn floor_of(light: lamp::Lamp) -> f32 {
+    return max(light.position.w * lamp::MISS_FLOOR, LEAST_DISTANCE);
 }

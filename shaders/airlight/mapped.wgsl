@@ -40,6 +40,8 @@ struct Fields {
     log_seen: f32,
     /// T(x, s)/d, the mean extinction towards the light [1/m].
     mean: f32,
+    /// β e^(−T) of the blobs alone [1/m].
+    of_blobs: f32,
 }
 
 /// From sums over blobs: x is β, y is T(v, x), z is T(x, s); at the ray parameter `t`, in
@@ -47,7 +49,8 @@ struct Fields {
 fn fields(sums: vec3<f32>, beta: f32, t: f32, distance_m: f32) -> Fields {
     let depth = min(sums.y + beta * t, 2.0 * OPAQUE);
     let log_seen = log(max(sums.x + beta, LEAST_BETA)) - depth;
-    return Fields(log_seen, beta + sums.z / max(distance_m, num::LEAST));
+    let of_blobs = sums.x * num::exp_bounded(-sums.y);
+    return Fields(log_seen, beta + sums.z / max(distance_m, num::LEAST), of_blobs);
 }
 
 /// k(α) e^(log − mean · d)/d² at distance `aside` along the ray from its point closest to the
@@ -66,35 +69,54 @@ fn weight_of(g: f32, light: lamp::ToLight, aside: f32, at: Fields) -> f32 {
     return falling * sqrt(phase::phase(g, -aside / distance_m));
 }
 
-/// Ends of the parts that probes stand in the middle of, before they are sorted: parts are short
-/// where fog lies (from `dense.x` to `dense.y`) or the light is near.
-fn probe_end(i: u32, begin: f32, end: f32, dense: vec2<f32>, light: lamp::ToLight) -> f32 {
+/// The angle at a light that a ray turns through, from where a piece of it begins.
+struct Angle {
+    /// Distance of the light from the ray's line [m].
+    miss: f32,
+    /// From the point closest to the light to where the piece begins [m].
+    ahead: f32,
+}
+
+fn angle_from(light: lamp::ToLight, begin: f32) -> Angle {
+    return Angle(light.miss, begin - light.closest);
+}
+
+/// x: the angle a `way` behind the beginning [rad]. y: its slope [rad/m].
+fn turned(angle: Angle, way: f32) -> vec2<f32> {
+    let there = way + angle.ahead;
+    let squared = angle.miss * angle.miss;
+    return vec2<f32>(
+        num::angle(angle.miss * way, angle.ahead * there + squared),
+        angle.miss / (there * there + squared),
+    );
+}
+
+/// How far behind the beginning the ray has turned through an angle [m].
+fn way_of(angle: Angle, turn: f32) -> f32 {
+    // tan(atan(ahead/miss) + turn) · miss − ahead, without a tangent that could be infinite.
+    let rest = max(angle.miss * cos(turn) - angle.ahead * sin(turn), 1e-12 * angle.miss);
+    return sin(turn) * (angle.miss * angle.miss + angle.ahead * angle.ahead) / rest;
+}
+
+/// Ends of the parts that probes stand in, counted from where a piece of a given length begins,
+/// before they are sorted: parts are short where fog lies (from `dense.x` to `dense.y`) or the light
+/// is near.
+fn probe_end(i: u32, length_m: f32, dense: vec2<f32>, angle: Angle) -> f32 {
     if i == 0u {
-        return begin;
+        return 0.0;
     }
     if i >= PROBES {
-        return end;
+        return length_m;
     }
     let share = f32(i / 4u) / f32(PROBES / 4u);
     if i % 4u == 0u {
-        return begin + (end - begin) * share;
+        return length_m * share;
     }
     if i % 4u == 1u {
-        return clamp(seen_under(begin, end, share, light), begin, end);
+        return clamp(way_of(angle, share * turned(angle, length_m).x), 0.0, length_m);
     }
-    let low = clamp(dense.x, begin, end);
-    let high = clamp(dense.y, begin, end);
     let place = f32((i / 4u) * 2u + i % 2u) + 0.5;
-    return low + (high - low) * place / f32(PROBES / 2u);
-}
-
-/// Where a share of the angle under which the light sees a piece of a ray is passed.
-fn seen_under(begin: f32, end: f32, share: f32, light: lamp::ToLight) -> f32 {
-    let first = (begin - light.closest) / light.miss;
-    let turn = share * num::angle_across(first, (end - begin) / light.miss);
-    // tan(atan(first) + turn) − first, without a tangent that could be infinite.
-    let rest = max(cos(turn) - first * sin(turn), 1e-12);
-    return begin + light.miss * (1.0 + first * first) * sin(turn) / rest;
+    return dense.x + (dense.y - dense.x) * place / f32(PROBES / 2u);
 }
 
 /// Fog that lies together on a ray.
@@ -121,7 +143,8 @@ fn join(a: Lump, b: Lump) -> Lump {
     return Lump(mass, p * a.mean + q * b.mean, variance);
 }
 
-/// A lump's share of the map: `weight` · erf((t − mean) · scale).
+/// A bump's share of the map: `weight` · erf((x − mean) · scale), counted from x = 0, where the piece
+/// begins.
 struct Step {
     mean: f32,
     scale: f32,
@@ -132,38 +155,50 @@ struct Step {
 struct Map {
     begin: f32,
     end: f32,
-    /// Ray parameter closest to the light [m].
-    closest: f32,
-    /// Distances of the light, as it is and as a narrow phase function widens it [m].
-    miss: vec2<f32>,
-    /// Weights of the angles seen from there.
+    /// As the light stands, and as if a narrow phase function had it farther aside.
+    angle: Angle,
+    wide: Angle,
+    /// Weights of both.
     angles: vec2<f32>,
-    even: f32,
+    /// Of the medium, along the angle.
     low: Step,
     high: Step,
+    /// Along the ray itself, over the blobs.
+    even: Step,
 }
 
-/// For a piece of a ray, with its fog in two lumps of which one or both may be empty.
-fn map_of(g: f32, begin: f32, end: f32, light: lamp::ToLight, low: Lump, high: Lump) -> Map {
+/// For a piece of a ray, with its fog in two lumps of which one or both may be empty, and blobs from
+/// `dense.x` to `dense.y` if that is not empty.
+fn map_of(
+    g: f32,
+    begin: f32,
+    end: f32,
+    light: lamp::ToLight,
+    low: Lump,
+    high: Lump,
+    dense: vec2<f32>,
+) -> Map {
     let total = max(solid(low) + solid(high), num::LEAST);
     let filled = solid(low) + solid(high) > 0.0;
     let medium = 1.0 - LIGHT_SHARE - EVEN_SHARE;
+    let length_m = end - begin;
     var map: Map;
     map.begin = begin;
     map.end = end;
-    map.closest = light.closest;
+    map.angle = angle_from(light, begin);
     // A narrow phase function prefers points from where the light stands straight ahead.
-    map.miss = light.miss / vec2<f32>(1.0, 1.0 - abs(g));
-    let shares = select(vec2<f32>(0.5), vec2<f32>(1.0, 0.0), g == 0.0) * LIGHT_SHARE;
-    let first = (begin - light.closest) / map.miss;
-    let across = (end - begin) / map.miss;
-    map.angles = shares / max(
-        vec2<f32>(num::angle_across(first.x, across.x), num::angle_across(first.y, across.y)),
-        vec2<f32>(num::LEAST),
-    );
-    map.even = select(EVEN_SHARE + medium, EVEN_SHARE, filled) / (end - begin);
-    map.low = step_of(low, medium * solid(low) / total, begin, end);
-    map.high = step_of(high, medium * solid(high) / total, begin, end);
+    map.wide = Angle(light.miss / (1.0 - abs(g)), map.angle.ahead);
+    let across = vec2<f32>(turned(map.angle, length_m).x, turned(map.wide, length_m).x);
+    let is_dense = dense.x < dense.y;
+    // What is not needed elsewhere is the light's.
+    let share = LIGHT_SHARE + select(medium, 0.0, filled) + select(EVEN_SHARE, 0.0, is_dense);
+    let shares = share * select(vec2<f32>(0.5), vec2<f32>(1.0, 0.0), g == 0.0);
+    map.angles = shares / max(across, vec2<f32>(num::LEAST));
+    map.low = step_of(low.mean, sqrt(2.0 * low.variance), medium * solid(low) / total, across.x);
+    map.high = step_of(high.mean, sqrt(2.0 * high.variance), medium * solid(high) / total, across.x);
+    let middle = 0.5 * (dense.x + dense.y) - begin;
+    let half = 0.5 * (dense.y - dense.x);
+    map.even = step_of(middle, half, select(0.0, EVEN_SHARE, is_dense), length_m);
     return map;
 }
 
@@ -172,59 +207,73 @@ fn solid(lump: Lump) -> f32 {
     return select(0.0, lump.mass, lump.variance > 0.0);
 }
 
-fn step_of(lump: Lump, share: f32, begin: f32, end: f32) -> Step {
+/// For a bump of that middle and width, √2 standard deviations, on a piece from 0 to `end`.
+fn step_of(mean: f32, width: f32, share: f32, end: f32) -> Step {
     if share <= 0.0 {
-        return Step(begin, 0.0, 0.0);
+        return Step(0.0, 0.0, 0.0);
     }
-    let scale = inverseSqrt(2.0 * lump.variance);
-    let low = (begin - lump.mean) * scale;
-    let range = num::erf_plain_difference(low, (end - lump.mean) * scale);
-    return Step(lump.mean, scale, share / max(range, 1e-6));
+    let scale = 1.0 / width;
+    let range = num::erf_plain_difference(-mean * scale, (end - mean) * scale);
+    return Step(mean, scale, share / max(range, 1e-6));
 }
 
 /// q(t) and dq/dt.
 fn value(map: Map, t: f32) -> vec2<f32> {
     let way = t - map.begin;
-    let first = (map.begin - map.closest) / map.miss;
-    let across = way / map.miss;
-    let there = first + across;
-    var q = map.even * way + map.angles.x * num::angle_across(first.x, across.x);
-    let slopes = map.angles / (map.miss * (1.0 + there * there));
+    let turn = turned(map.angle, way);
+    let along = vec2<f32>(map.angles.x * turn.x, map.angles.x)
+        + step_value(map.low, turn.x)
+        + step_value(map.high, turn.x);
+    var q = vec2<f32>(along.x, along.y * turn.y) + step_value(map.even, way);
     if map.angles.y > 0.0 {
-        q += map.angles.y * num::angle_across(first.y, across.y);
+        q += map.angles.y * turned(map.wide, way);
     }
-    let low = step_value(map.low, map.begin, t);
-    let high = step_value(map.high, map.begin, t);
-    return vec2<f32>(q, map.even + slopes.x + slopes.y) + low + high;
+    return q;
 }
 
-fn step_value(step: Step, begin: f32, t: f32) -> vec2<f32> {
-    let x = (t - step.mean) * step.scale;
-    let since = num::erf_plain_difference((begin - step.mean) * step.scale, x);
+fn step_value(step: Step, at: f32) -> vec2<f32> {
+    let x = (at - step.mean) * step.scale;
+    let since = num::erf_plain_difference(-step.mean * step.scale, x);
     let slope = step.scale * num::TWO_BY_SQRT_PI * num::exp_bounded(-x * x);
     return step.weight * vec2<f32>(since, slope);
 }
 
-/// t with q(t) = `q`, and dq/dt there; bisection guards Newton's steps.
+/// t with q(t) = `q`, and dq/dt there. Newton's steps and the bisections that guard them turn the
+/// ray's point by an angle around the light, in which q hardly bends.
 fn solve(map: Map, q: f32) -> vec2<f32> {
-    var low = map.begin;
-    var high = map.end;
-    var t = low + q * (high - low);
-    var at = value(map, t);
-    for (var i = 0u; i < 48u; i++) {
-        if at.x < q {
-            low = t;
-        } else {
-            high = t;
-        }
-        let newton = t - (at.x - q) / at.y;
-        let next = select(0.5 * (low + high), newton, low < newton && newton < high);
+    let closest = map.begin - map.angle.ahead;
+    let miss2 = map.angle.miss * map.angle.miss;
+    var low = map.begin - closest;
+    var high = map.end - closest;
+    var aside = bisector(low, high, miss2);
+    var at = value(map, aside + closest);
+    for (var i = 0u; i < 64u; i++) {
         // The weight belongs to t as it is; where t lies matters little.
-        if abs(next - t) * at.y <= 1e-5 {
+        if abs(at.x - q) <= 1e-5 {
             break;
         }
-        t = next;
-        at = value(map, t);
+        if at.x < q {
+            low = aside;
+        } else {
+            high = aside;
+        }
+        // h tan(atan(aside/h) + turn), the turn that Newton asks for taken for its tangent.
+        let along = (q - at.x) / max(at.y, num::LEAST);
+        let distance2 = aside * aside + miss2;
+        let rest = distance2 - aside * along;
+        let next = (aside * distance2 + along * miss2) / max(rest, num::LEAST);
+        // Newton's chance is over after a few steps: then the interval surely gets smaller.
+        let bisects = (i > 5u && i % 2u == 1u) || rest <= 0.0 || next <= low || next >= high;
+        aside = select(next, bisector(low, high, miss2), bisects);
+        at = value(map, aside + closest);
     }
-    return vec2<f32>(t, at.y);
+    return vec2<f32>(aside + closest, at.y);
+}
+
+/// The place on a ray that a light sees halfway between two others, all counted from the point
+/// closest to it; by the theorem of the angle's bisector.
+fn bisector(low: f32, high: f32, miss2: f32) -> f32 {
+    let near = sqrt(low * low + miss2);
+    let far = sqrt(high * high + miss2);
+    return (low * far + high * near) / (near + far);
 }

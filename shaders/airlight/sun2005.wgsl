@@ -36,7 +36,7 @@ const CUT: f32 = 18.0;
 /// L_a per unit of ω·I₀ [1/m²] of a light at `light` relative to the ray's origin, along the ray in
 /// the unit `direction` up to `length_m`, in fog of extinction `beta` [1/m].
 fn airlight(beta: f32, light: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
-    let before = lamp::to_light(light, direction, length_m);
+    let before = lamp::to_light(light, direction);
     let h2 = before.miss * before.miss;
     let t = vec2<f32>(-before.closest, length_m - before.closest);
     let d = sqrt(h2 + t * t);

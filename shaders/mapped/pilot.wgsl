@@ -10,9 +10,11 @@
 #import fogbank::lamp
 #import fogbank::airlight::mapped
 
-/// A probe: its ray parameter and the length of its part [m].
+/// A probe: its ray parameter [m], and as the light sees them, its place and the width of its part
+/// [rad].
 struct Probe {
     at: f32,
+    angle: f32,
     width: f32,
 }
 
@@ -30,11 +32,14 @@ var<workgroup> cells: array<vec4<f32>, 32>;
 /// What remains within two lumps, by where they are told apart.
 var<workgroup> within: array<f32, 32>;
 
-/// The invocation's probe on a piece of a ray.
+/// The invocation's probe on a piece of a ray, of which a part may hold more fog than the rest.
 fn probe(place: u32, begin: f32, end: f32, dense: vec2<f32>, light: lamp::ToLight) -> Probe {
+    let angle = mapped::angle_from(light, begin);
+    let length_m = end - begin;
+    let inner = clamp(dense - begin, vec2<f32>(0.0), vec2<f32>(length_m));
     workgroupBarrier();
     if place < ENDS {
-        unsorted[place] = mapped::probe_end(place, begin, end, dense, light);
+        unsorted[place] = mapped::probe_end(place, length_m, inner, angle);
     }
     workgroupBarrier();
     if place < ENDS {
@@ -43,7 +48,9 @@ fn probe(place: u32, begin: f32, end: f32, dense: vec2<f32>, light: lamp::ToLigh
     workgroupBarrier();
     let low = sorted[place / 8u];
     let high = sorted[place / 8u + 1u];
-    return Probe(0.5 * (low + high), high - low);
+    let seen = vec2<f32>(mapped::turned(angle, low).x, mapped::turned(angle, high).x);
+    let middle = 0.5 * (seen.x + seen.y);
+    return Probe(begin + clamp(mapped::way_of(angle, middle), low, high), middle, seen.y - seen.x);
 }
 
 /// How many ends stand before one.
@@ -62,7 +69,7 @@ fn rank(i: u32) -> u32 {
 fn lumps(place: u32, own: Probe, deserves: f32) -> Lumps {
     if place % 8u == 0u {
         let variance = own.width * own.width / 6.0;
-        cells[place / 8u] = vec4<f32>(deserves * own.width, own.at, variance, 0.0);
+        cells[place / 8u] = vec4<f32>(deserves * own.width, own.angle, variance, 0.0);
     }
     workgroupBarrier();
     if place < 32u {

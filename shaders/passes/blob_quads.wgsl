@@ -45,7 +45,7 @@ fn add(corner: Corner) -> @location(0) vec4<f32> {
     for (var i = 0u; i < frame.counts.w; i++) {
         let light = lamps[i];
         let side = lit[i * frame.counts.z + corner.blob];
-        let floor_m = fogshop2007::floor_of(light, length_m);
+        let floor_m = fogshop2007::floor_of(light);
         airlight += fogshop2007::scattered(crossing, seen, side, floor_m) * light.scattered.rgb;
     }
     return vec4<f32>(airlight / (4.0 * num::PI), crossing.depth);

@@ -133,7 +133,8 @@ fn add(
     let rays = bundle::of_view(frame, area.xy, area.zw, longest);
     let fog = fog_around(place, rays, longest);
     let scope = scope_of(place, area, rays, fog, side == 1u);
-    let hides = sqrt(fog.hidden) > limits.whole.y * min(fog.depth + frame.ambient.w * longest, 1.0);
+    let haze = frame.ambient.w * min(longest, max(fog.end, 0.0));
+    let hides = sqrt(fog.hidden) > limits.whole.y * min(fog.depth + haze, 1.0);
     let is_coarse = hides || patch::is_wide(frame, area, limits.whole.z);
     let is_near = patch::is_near(frame, area, light, longest, limits.whole.x);
 
@@ -235,20 +236,24 @@ fn scope_of(
     let dense = vec2<f32>(fog.begin, fog.end);
     var scope = Scope(area, rays, is_last, fog.begin, fog.end, dense);
     if beta > 0.0 {
+        // What is the same everywhere hides the rest of a long ray by itself.
         scope.begin = 0.0;
-        scope.end = rays.length_m;
+        scope.end = min(rays.length_m, mapped::OPAQUE / beta);
     }
-    if scope.begin < scope.end && fog.most + beta * scope.end > mapped::OPAQUE {
+    let is_dense = dense.x < min(dense.y, scope.end);
+    if is_dense && fog.most + beta * scope.end > mapped::OPAQUE {
         scope.end = opaque_from(place, scope);
     }
     return scope;
 }
 
-/// Where nothing behind is seen any more on any of the eight rays, looked for at 32 places.
+/// Where nothing behind is seen any more on any of the eight rays: looked for at 32 places among the
+/// blobs, else behind them, where only homogeneous fog is left.
 fn opaque_from(place: u32, scope: Scope) -> f32 {
     let slot = place / pixels::CONTROL;
     let ray = control_ray(scope, place);
-    let t = scope.begin + (scope.end - scope.begin) * f32(slot + 1u) / f32(BATCH);
+    let last = min(scope.dense.y, scope.end);
+    let t = scope.begin + (last - scope.begin) * f32(slot + 1u) / f32(BATCH);
     if place < BATCH {
         atomicStore(&thinnest[place], 0x7f7fffffu);
     }
@@ -257,7 +262,8 @@ fn opaque_from(place: u32, scope: Scope) -> f32 {
     // Positive numbers are ordered as their bits are.
     atomicMin(&thinnest[slot], bitcast<u32>(max(depth, 0.0)));
     workgroupBarrier();
-    var end = scope.end;
+    let rest = mapped::OPAQUE - bitcast<f32>(atomicLoad(&thinnest[BATCH - 1u]));
+    var end = min(scope.end, last + max(rest, 0.0) / max(frame.ambient.w, mapped::LEAST_BETA));
     if bitcast<f32>(atomicLoad(&thinnest[slot])) > mapped::OPAQUE {
         end = t;
     }
@@ -304,10 +310,15 @@ fn head_airlight(
     let g = frame.optics.x;
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let map = map_along(place, scope, middle, light, piece);
-    let through = depth_at_end(place, middle, piece);
-    let size = size_of(place, middle, light, piece, map, num::absorptance(through));
+    let of_blobs = depth_at_end(place, middle, piece);
+    let through = of_blobs + frame.ambient.w * piece.end;
+    let is_clear = num::absorptance(through) <= mapped::CLEAR;
+    var size = BATCH;
+    if !is_clear {
+        size = size_of(place, middle, light, map, num::absorptance(of_blobs));
+    }
 
-    let toward = to_light(light, own.ray, own.length_m);
+    let toward = to_light(light, own.ray);
     var sum = 0.0;
     // The airlight along the ninth ray, as it is and as it would be.
     var compared = vec2<f32>(0.0);
@@ -331,7 +342,7 @@ fn head_airlight(
 fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec2<f32> {
     let g = frame.optics.x;
     let ray = patch::ray_at(frame, scope.area, pixels::CHECK);
-    let toward = to_light(light, ray, piece.end);
+    let toward = to_light(light, ray);
     let node = batch::nodes[place / 8u];
     let at = fields_of_eight(place, ray, light, node.x);
     return vec2<f32>(
@@ -388,7 +399,7 @@ fn tail_airlight(
         tail.mean[i] = batch::mean_between(i, own.share);
         tail.most = max(tail.most, batch::most_of(i));
     }
-    let toward = to_light(light, own.ray, own.length_m);
+    let toward = to_light(light, own.ray);
     return pixels::tail_airlight(tail, frame.optics.x, toward, min(own.length_m, piece.end));
 }
 
@@ -406,35 +417,32 @@ fn map_along(
     piece: Piece,
 ) -> mapped::Map {
     let g = frame.optics.x;
-    let toward = to_light(light, ray, piece.end);
+    let toward = to_light(light, ray);
     let dense = select(vec2<f32>(piece.begin, piece.end), scope.dense, scope.dense.x < scope.dense.y);
     let probe = pilot::probe(place, piece.begin, piece.end, dense, toward);
     let at = fields_of_eight(place, ray, light, probe.at);
     let deserves = mapped::weight_of(g, toward, probe.at - toward.closest, at);
     let lumps = pilot::lumps(place, probe, deserves);
-    return mapped::map_of(g, piece.begin, piece.end, toward, lumps.low, lumps.high);
+    let inner = clamp(scope.dense, vec2<f32>(piece.begin), vec2<f32>(piece.end));
+    return mapped::map_of(g, piece.begin, piece.end, toward, lumps.low, lumps.high, inner);
 }
 
-/// T along a ray to the end of the piece.
+/// T of the blobs along a ray to the end of the piece.
 fn depth_at_end(place: u32, ray: view::Ray, piece: Piece) -> f32 {
     let share = view_sums(ray, piece.end, 1u << (place % 32u)).y;
-    return tile::total_of(place, 32u, vec4<f32>(share)).x + frame.ambient.w * piece.end;
+    return tile::total_of(place, 32u, vec4<f32>(share)).x;
 }
 
 /// How many nodes are enough: the coarsest rule that agrees with the next along a ray, and that
-/// meets what the fog is known to remove of light.
+/// meets what the blobs are known to remove of light.
 fn size_of(
     place: u32,
     ray: view::Ray,
     light: lamp::Lamp,
-    piece: Piece,
     map: mapped::Map,
     removed: f32,
 ) -> u32 {
-    let toward = to_light(light, ray, piece.end);
-    if removed <= mapped::CLEAR {
-        return BATCH;
-    }
+    let toward = to_light(light, ray);
     var coarse = vec2<f32>(-1.0);
     for (var size = BATCH; size <= LARGEST_RULE; size *= 2u) {
         let fine = rule_sums(place, ray, light, toward, map, size);
@@ -447,7 +455,7 @@ fn size_of(
     return LARGEST_RULE;
 }
 
-/// What a rule makes of a ray: its airlight, and ∫ β e^(−T) dt.
+/// What a rule makes of a ray: its airlight, and ∫ β e^(−T) dt of the blobs alone.
 fn rule_sums(
     place: u32,
     ray: view::Ray,
@@ -465,7 +473,7 @@ fn rule_sums(
         let aside = node.x - toward.closest;
         sums += vec2<f32>(
             mapped::scattered(frame.optics.x, toward, aside, log_seen, at.mean),
-            num::exp_bounded(log_seen),
+            at.of_blobs * num::exp_bounded(node.y),
         );
     }
     // Eight invocations hold each node's values.
@@ -547,6 +555,6 @@ fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec2<f32> {
     return sums;
 }
 
-fn to_light(light: lamp::Lamp, ray: view::Ray, length_m: f32) -> lamp::ToLight {
-    return lamp::to_light(light.position.xyz - ray.offset, ray.direction, length_m);
+fn to_light(light: lamp::Lamp, ray: view::Ray) -> lamp::ToLight {
+    return lamp::to_light(light.position.xyz - ray.offset, ray.direction);
 }

@@ -4,6 +4,7 @@ pub mod camera;
 pub mod cases;
 pub mod decode;
 pub mod errors;
+pub mod everyday;
 pub mod http;
 pub mod mutation;
 pub mod quadrature;

@@ -168,7 +168,7 @@ pub fn airlight(
     direction: DVec3,
     length: f64,
 ) -> f64 {
-    let floor = (MISS_FLOOR * light.distance(origin).max(length)).max(LEAST_MISS);
+    let floor = (MISS_FLOOR * light.distance(origin)).max(LEAST_MISS);
     let ray = V3::from(direction);
     let blobs = field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {
         let seen = blob.seen_from(origin);

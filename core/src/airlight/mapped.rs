@@ -37,7 +37,7 @@ pub const OPAQUE: f64 = 24.0;
 /// Relative difference of two rules that agree along a single ray.
 const AGREE: f64 = 1e-4;
 /// What a rule may miss of the light that fog scatters or absorbs, ∫ β e^(−T) dt.
-const UNMET: f64 = 0.03;
+const UNMET: f64 = 3e-3;
 
 /// Gauss–Legendre abscissae and weights on [0, 1], one pair for each of [`SIZES`].
 static GAUSS: LazyLock<Vec<(Vec<f64>, Vec<f64>)>> =
@@ -86,19 +86,54 @@ fn group(cells: &[Lump; PROBES]) -> [Lump; 2] {
     best
 }
 
-/// One lump's share of the map: `weight` · erf((t − mean) · scale).
+/// A bump's share of the map: `weight` · erf((x − mean) · scale), counted from x = 0, where the piece
+/// begins.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     mean: f64,
     scale: f64,
     weight: f64,
+    start: f64,
 }
 
-/// One angle's share of the map: `weight` · atan((t − closest)/`miss`).
+impl Step {
+    /// For a bump of that middle and width, √2 standard deviations, on a piece from 0 to `end`.
+    fn new(mean: f64, width: f64, share: f64, end: f64) -> Self {
+        let scale = 1.0 / width;
+        let start = libm::erf(-mean * scale);
+        let range = libm::erf((end - mean) * scale) - start;
+        Self { mean, scale, weight: share / range.max(f64::MIN_POSITIVE), start }
+    }
+
+    /// Its part of q, and the slope of that.
+    #[inline(always)]
+    fn value<N: Num>(&self, x: N) -> (N, N) {
+        let x = (x - x.lit(self.mean)) * x.lit(self.scale);
+        let peak = x.lit(self.weight * self.scale * FRAC_2_SQRT_PI);
+        ((x.erf() - x.lit(self.start)) * x.lit(self.weight), (-x.squared()).exp() * peak)
+    }
+}
+
+/// The angle at a light that a ray turns through, from where a piece of it begins.
 #[derive(Clone, Copy, Debug)]
 struct Angle {
+    /// Distance of the light from the ray's line [m].
     miss: f64,
-    weight: f64,
+    /// From the point closest to the light to where the piece begins [m].
+    ahead: f64,
+}
+
+impl Angle {
+    /// The angle [rad] a `way` [m] behind the beginning, and its slope [rad/m]. No difference of two
+    /// angles: a light far away sees all of a ray under a tiny one.
+    #[inline(always)]
+    fn value<N: Num>(&self, way: N) -> (N, N) {
+        let (miss, ahead) = (way.lit(self.miss), way.lit(self.ahead));
+        let there = way + ahead;
+        let miss2 = miss.squared();
+        let angle = N::angle(miss * way, ahead.mul_add(there, miss2));
+        (angle, miss / there.mul_add(there, miss2))
+    }
 }
 
 /// The map t → q from a piece of a ray to [0, 1] in which the integrand is smooth.
@@ -106,46 +141,71 @@ struct Angle {
 pub struct Map {
     from: f64,
     to: f64,
-    /// What the maps below amount to at `from`.
-    start: f64,
-    closest: f64,
-    angles: Vec<Angle>,
+    /// As the light stands; the medium's steps lie along it.
+    angle: Angle,
+    angle_weight: f64,
     steps: Vec<Step>,
-    even_weight: f64,
+    /// For a narrow phase function, as if the light stood farther aside.
+    wide: Option<(Angle, f64)>,
+    /// Along the ray itself, over the blobs.
+    even: Option<Step>,
 }
 
-/// Where the medium on a piece of a ray is looked at: the middles of parts that are short where fog
-/// lies or the light is near.
+/// Where the medium on a piece of a ray is looked at: within parts that are short where fog lies or
+/// the light is near.
 #[derive(Clone, Copy, Debug)]
 pub struct Probes {
     /// Ray parameters [m].
     pub at: [f64; PROBES],
-    /// Lengths of the parts [m].
+    /// The same as the light sees them, and the widths of the parts [rad].
+    angle: [f64; PROBES],
     width: [f64; PROBES],
+    /// Where blobs lie on the piece, counted from its beginning: middle and half the extent [m].
+    dense: Option<(f64, f64)>,
 }
 
 impl Probes {
     /// For a piece of a ray of which a part may hold more fog than the rest.
     pub fn new(from: f64, to: f64, dense: Option<(f64, f64)>, light: &ToLight<f64>) -> Self {
-        let mut ends = [to; PROBES + 1];
-        let (low, high) = dense.map_or((from, to), |(a, b)| (a.clamp(from, to), b.clamp(from, to)));
-        let angle = |t: f64| ((t - light.closest) / light.miss).atan();
-        let (first, last) = (angle(from), angle(to));
+        let angle = Angle { miss: light.miss, ahead: from - light.closest };
+        let (length, whole) = (to - from, angle.value(to - from).0);
+        let dense =
+            dense.map(|(a, b)| ((a - from).clamp(0.0, length), (b - from).clamp(0.0, length)));
+        let (low, high) = dense.unwrap_or((0.0, length));
+        let mut ends = [length; PROBES + 1];
         for (i, end) in ends.iter_mut().enumerate() {
             let share = (i / 4) as f64 / (PROBES / 4) as f64;
-            let seen = light.closest + light.miss * (first + share * (last - first)).tan();
             *end = match i % 4 {
-                0 => from + (to - from) * share,
-                1 => seen.clamp(from, to),
+                0 => length * share,
+                1 => angle.reaches(share * whole).min(length),
                 _ => low + (high - low) * ((i / 4 * 2 + i % 2) as f64 + 0.5) / (PROBES / 2) as f64,
             };
         }
-        (ends[0], ends[PROBES]) = (from, to);
+        (ends[0], ends[PROBES]) = (0.0, length);
         ends.sort_unstable_by(f64::total_cmp);
+        let seen = ends.map(|end| angle.value(end).0);
+        let middle: [f64; PROBES] = std::array::from_fn(|i| 0.5 * (seen[i] + seen[i + 1]));
         Self {
-            at: std::array::from_fn(|i| 0.5 * (ends[i] + ends[i + 1])),
-            width: std::array::from_fn(|i| ends[i + 1] - ends[i]),
+            at: std::array::from_fn(|i| {
+                from + angle.reaches(middle[i]).clamp(ends[i], ends[i + 1])
+            }),
+            angle: middle,
+            width: std::array::from_fn(|i| seen[i + 1] - seen[i]),
+            dense: dense
+                .filter(|(low, high)| low < high)
+                .map(|(low, high)| (0.5 * (low + high), 0.5 * (high - low))),
         }
+    }
+}
+
+impl Angle {
+    /// How far behind the beginning the ray has turned through an angle [m].
+    fn reaches(&self, angle: f64) -> f64 {
+        let Self { miss, ahead } = *self;
+        let (sin, cos) = angle.sin_cos();
+        // tan(atan(ahead/miss) + angle) · miss − ahead, without a tangent that could be infinite.
+        let rest = (miss * cos - ahead * sin).max(f64::MIN_POSITIVE);
+        sin * (miss * miss + ahead * ahead) / rest
     }
 }
 
@@ -159,8 +219,10 @@ impl Map {
         probes: &Probes,
         seen: &[f64; PROBES],
     ) -> Self {
+        let angle = Angle { miss: light.miss, ahead: from - light.closest };
+        let whole = angle.value(to - from).0;
         let cell = |i: usize| {
-            let (mean, width) = (probes.at[i], probes.width[i]);
+            let (mean, width) = (probes.angle[i], probes.width[i]);
             Lump { mass: seen[i] * width, mean, variance: width * width / 6.0 }
         };
         let mut lumps = group(&std::array::from_fn(cell)).to_vec();
@@ -168,71 +230,94 @@ impl Map {
         let total: f64 = lumps.iter().map(|lump| lump.mass).sum();
         let medium_share = 1.0 - LIGHT_SHARE - EVEN_SHARE;
         let step = |lump: &Lump| {
-            let scale = 1.0 / (2.0 * lump.variance).sqrt();
-            let range = libm::erf((to - lump.mean) * scale) - libm::erf((from - lump.mean) * scale);
-            let weight = medium_share * lump.mass / total / range;
-            Step { mean: lump.mean, scale, weight }
+            let share = medium_share * lump.mass / total;
+            Step::new(lump.mean, (2.0 * lump.variance).sqrt(), share, whole)
         };
         let steps: Vec<_> = lumps.iter().map(step).collect();
-        let even_share = EVEN_SHARE + if steps.is_empty() { medium_share } else { 0.0 };
+        let even =
+            probes.dense.map(|(middle, half)| Step::new(middle, half, EVEN_SHARE, to - from));
+        // What is not needed elsewhere is the light's.
+        let share = LIGHT_SHARE
+            + if steps.is_empty() { medium_share } else { 0.0 }
+            + if even.is_none() { EVEN_SHARE } else { 0.0 };
         // A narrow phase function prefers points from where the light stands straight ahead.
-        let wide = light.miss / (1.0 - phase.g.abs());
-        let share = if phase.is_isotropic() { LIGHT_SHARE } else { 0.5 * LIGHT_SHARE };
-        let angle = |miss: f64| {
-            let at = |t: f64| ((t - light.closest) / miss).atan();
-            Angle { miss, weight: share / (at(to) - at(from)).max(f64::MIN_POSITIVE) }
-        };
-        let mut angles = vec![angle(light.miss)];
-        angles.extend((!phase.is_isotropic()).then(|| angle(wide)));
-        let even_weight = even_share / (to - from);
-        let mut map =
-            Self { from, to, start: 0.0, closest: light.closest, angles, steps, even_weight };
-        map.start = map.value(from).0;
-        map
+        let wide = (!phase.is_isotropic()).then(|| {
+            let wide = Angle { miss: light.miss / (1.0 - phase.g.abs()), ..angle };
+            (wide, 0.5 * share / wide.value(to - from).0.max(f64::MIN_POSITIVE))
+        });
+        let share = if wide.is_some() { 0.5 * share } else { share };
+        let angle_weight = share / whole.max(f64::MIN_POSITIVE);
+        Self { from, to, angle, angle_weight, steps, wide, even }
     }
 
     /// q(t) and dq/dt.
     #[inline(always)]
     fn value<N: Num>(&self, t: N) -> (N, N) {
-        let mut slope = t.lit(self.even_weight);
-        let mut q = (t - t.lit(self.from)) * slope - t.lit(self.start);
-        for Angle { miss, weight } in &self.angles {
-            let s = (t - t.lit(self.closest)) * t.lit(1.0 / miss);
-            q = t.lit(*weight).mul_add(s.atan(), q);
-            slope += t.lit(weight / miss) / s.mul_add(s, t.lit(1.0));
+        let way = t - t.lit(self.from);
+        let (angle, turn) = self.angle.value(way);
+        let (mut q, mut slope) = (angle * t.lit(self.angle_weight), t.lit(self.angle_weight));
+        for step in &self.steps {
+            let (part, rise) = step.value(angle);
+            q += part;
+            slope += rise;
         }
-        for Step { mean, scale, weight } in &self.steps {
-            let x = (t - t.lit(*mean)) * t.lit(*scale);
-            q = t.lit(*weight).mul_add(x.erf(), q);
-            let peak = t.lit(weight * scale * FRAC_2_SQRT_PI);
-            slope = peak.mul_add((-x.squared()).exp(), slope);
+        slope = slope * turn;
+        if let Some((wide, weight)) = &self.wide {
+            let (angle, turn) = wide.value(way);
+            q = angle.mul_add(t.lit(*weight), q);
+            slope = turn.mul_add(t.lit(*weight), slope);
+        }
+        if let Some(even) = &self.even {
+            let (part, rise) = even.value(way);
+            q += part;
+            slope += rise;
         }
         (q, slope)
     }
 
-    /// t with q(t) = `q`, and dq/dt there; bisection guards Newton's steps.
+    /// t with q(t) = `q`, and dq/dt there. Newton's steps and the bisections that guard them turn
+    /// the ray's point by an angle around the light, in which q hardly bends.
     #[inline(always)]
     pub fn solve<N: Num>(&self, q: N) -> (N, N) {
-        let (mut low, mut high) = (q.lit(self.from), q.lit(self.to));
-        let mut t = q.mul_add(high - low, low);
-        let (mut value, mut slope) = self.value(t);
-        for _ in 0..64 {
-            let below = value.lt(q);
-            low = N::select(below, t, low);
-            high = N::select(below, high, t);
-            let middle = (low + high) * q.lit(0.5);
-            let newton = t - (value - q) / slope;
-            let next = N::select(newton.lt(high), newton, middle);
-            let next = N::select(low.lt(next), next, middle);
+        let closest = q.lit(self.from - self.angle.ahead);
+        let miss2 = q.lit(self.angle.miss).squared();
+        let (mut low, mut high) = (q.lit(self.from) - closest, q.lit(self.to) - closest);
+        let mut aside = bisector(low, high, miss2);
+        let (mut value, mut slope) = self.value(aside + closest);
+        for step in 0..64 {
             // The weight belongs to t as it is; where t lies matters little.
-            if !N::any(q.lit(1e-5).lt((next - t).abs() * slope)) {
+            if !N::any(q.lit(1e-5).lt((value - q).abs())) {
                 break;
             }
-            t = next;
-            (value, slope) = self.value(t);
+            let below = value.lt(q);
+            low = N::select(below, aside, low);
+            high = N::select(below, high, aside);
+            let middle = bisector(low, high, miss2);
+            aside = if step > 5 && step % 2 == 1 {
+                // Newton has had its chance: from here on the interval surely gets smaller.
+                middle
+            } else {
+                // h tan(atan(aside/h) + turn), the turn that Newton asks for taken for its tangent.
+                let along = (q - value) / slope;
+                let distance2 = aside.mul_add(aside, miss2);
+                let rest = distance2 - aside * along;
+                let next = (aside * distance2 + along * miss2) / rest;
+                let next = N::select(next.lt(high), next, middle);
+                let next = N::select(low.lt(next), next, middle);
+                N::select(q.lit(0.0).lt(rest), next, middle)
+            };
+            (value, slope) = self.value(aside + closest);
         }
-        (t, slope)
+        (aside + closest, slope)
     }
+}
+
+/// The place on a ray that a light sees halfway between two others, all counted from the point
+/// closest to it; by the theorem of the angle's bisector.
+#[inline(always)]
+fn bisector<N: Num>(low: N, high: N, miss2: N) -> N {
+    let (near, far) = (low.mul_add(low, miss2).sqrt(), high.mul_add(high, miss2).sqrt());
+    (low * far + high * near) / (near + far)
 }
 
 /// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
@@ -258,7 +343,8 @@ pub fn airlight(
     let probes = Probes::new(from, to, path.dense(length), &path.to_light);
     let monitor = probes.at.map(|t| seen(t).0.sqrt());
     let map = Map::new(phase, from, to, path.to_light, &probes, &monitor);
-    let (before, behind) = (path.depth(from), path.depth(to));
+    // What the blobs alone remove is known; a rule that misses it has not seen them all.
+    let (before, behind) = (path.depth_of_blobs(from), path.depth_of_blobs(to));
     let removed = (-before).exp() * -(before - behind).exp_m1();
     let mut coarse = f64::INFINITY;
     for (nodes, weights) in GAUSS.iter() {
@@ -267,7 +353,7 @@ pub fn airlight(
             let (t, slope) = map.solve(*q);
             let (value, distance) = seen(t);
             sum += weight / slope * value / (distance * distance);
-            met += weight / slope * path.extinction(t) * (-path.depth(t)).exp();
+            met += weight / slope * path.extinction_of_blobs(t) * (-path.depth_of_blobs(t)).exp();
         }
         let agree = (sum - coarse).abs() <= AGREE * sum;
         coarse = sum;

@@ -84,10 +84,11 @@ pub fn refusal(fog: &Fog, asked: scene::Airlight) -> Option<String> {
     Some(format!("sun2005 takes homogeneous fog only, not {strange}; auto takes both"))
 }
 
-/// A light's nearest distance to a ray counts as at least this share of the scene's own distances:
-/// what rounding leaves of it. A ray through a light thereby has a finite answer.
+/// A light's nearest distance to a ray counts as at least this share of its distance from the ray's
+/// origin: what rounding leaves of it. A ray through a light thereby has a finite answer. How long
+/// the ray is does not matter: one into the sky is as near to a lamp as one that ends at a wall.
 pub const MISS_FLOOR: f64 = 1e-6;
-/// The same for a ray without length that starts in a light [m]: small, and its square no f32 zero.
+/// The same for a ray that starts in a light [m]: small, and its square no f32 zero.
 pub const LEAST_MISS: f64 = 1e-15;
 
 /// Where a light stands relative to a ray.
@@ -100,11 +101,11 @@ pub struct ToLight<N> {
 }
 
 impl<N: Num> ToLight<N> {
-    /// From the light's place relative to the ray's origin, the unit direction and the length.
+    /// From the light's place relative to the ray's origin and the unit direction.
     #[inline(always)]
-    pub fn new(light: V3<N>, direction: V3<N>, length: N) -> Self {
-        let floor = light.length_squared().sqrt().max(length) * length.lit(MISS_FLOOR);
-        let floor = floor.max(length.lit(LEAST_MISS));
+    pub fn new(light: V3<N>, direction: V3<N>) -> Self {
+        let distance = light.length_squared().sqrt();
+        let floor = (distance * distance.lit(MISS_FLOOR)).max(distance.lit(LEAST_MISS));
         // Errata 17: a difference of squares would lose a small distance.
         let miss = light.cross(direction).length_squared().sqrt();
         Self { closest: light.dot(direction), miss: miss.max(floor) }

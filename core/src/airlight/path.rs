@@ -60,7 +60,7 @@ impl Path {
         });
         Self {
             beta: field.homogeneous.beta,
-            to_light: ToLight::new((light - origin).into(), direction.into(), length),
+            to_light: ToLight::new((light - origin).into(), direction.into()),
             light,
             origin,
             direction,
@@ -71,19 +71,29 @@ impl Path {
 
     /// β [1/m] at the ray parameter `t` [m].
     pub fn extinction(&self, t: f64) -> f64 {
+        self.beta + self.extinction_of_blobs(t)
+    }
+
+    /// The same without the homogeneous fog.
+    pub fn extinction_of_blobs(&self, t: f64) -> f64 {
         let blobs = self.met.iter().map(|Met { a, at, peak, .. }| {
             let s = a * (t - at);
             peak * (-s * s).exp()
         });
-        self.beta + blobs.sum::<f64>()
+        blobs.sum()
     }
 
     /// T from the eye to the ray parameter `t` [m].
     pub fn depth(&self, t: f64) -> f64 {
+        self.beta * t + self.depth_of_blobs(t)
+    }
+
+    /// The same without the homogeneous fog.
+    pub fn depth_of_blobs(&self, t: f64) -> f64 {
         let blobs = self.met.iter().map(|Met { a, at, half_depth, erf_start, .. }| {
             half_depth * (libm::erf(a * (t - at)) - erf_start)
         });
-        self.beta * t + blobs.sum::<f64>()
+        blobs.sum()
     }
 
     /// The light at the ray parameter `t` [m].

@@ -42,7 +42,7 @@ const CUT: f64 = 18.0;
 #[inline(always)]
 pub fn airlight<N: Num>(beta: N, light: V3<N>, direction: V3<N>, length: N) -> N {
     let one = length.lit(1.0);
-    let ToLight { closest, miss } = ToLight::new(light, direction, length);
+    let ToLight { closest, miss } = ToLight::new(light, direction);
     let h2 = miss.squared();
     let (t0, t1) = (-closest, length - closest);
     let (d0, d1) = (h2 + t0.squared(), h2 + t1.squared());

@@ -84,7 +84,13 @@ impl BlobList {
         let mut near = Vec::new();
         field.picture_tree().visit(bundle, |place| near.push(place as u32));
         let mut weighed = Vec::with_capacity(near.len());
-        let mut sure = field.homogeneous.beta * shortest;
+        // Airlight comes from around the blobs and the lamps: there homogeneous fog makes up for what
+        // is left out, not along the rest of a long ray.
+        let along = match purpose {
+            Purpose::Nodes => shortest.min(field.picture_tree().farthest(bundle.origin)),
+            Purpose::Depth | Purpose::Airlight => shortest,
+        };
+        let mut sure = field.homogeneous.beta * along;
         for places in near.chunks(SIZE) {
             let group = Group::gather(field, bundle.origin, places);
             let (bounds, least) = dispatch!(level, simd => group.weigh(simd, bundle, shortest));

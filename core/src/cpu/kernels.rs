@@ -6,7 +6,7 @@ use super::blobs::{BlobList, Packed};
 use crate::airlight::MISS_FLOOR;
 use crate::airlight::fogshop2007::{Crossing, Lit};
 use crate::media::gaussians::Seen;
-use crate::num::{Lanes, Num};
+use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::Simd;
 use glam::DVec3;
@@ -118,17 +118,17 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
         for blob in &list.cut {
             let seen = blob.seen::<S, PARALLEL>(simd, offset);
             let crossing = Crossing::new::<false>(&seen, direction, length);
-            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+            sum.add(simd, &seen, &crossing, lights, blob.place);
         }
         for blob in &list.dense {
             let seen = blob.seen::<S, PARALLEL>(simd, offset);
             let crossing = Crossing::new::<true>(&seen, direction, length);
-            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+            sum.add(simd, &seen, &crossing, lights, blob.place);
         }
         for blob in &list.whole {
             let seen = blob.seen::<S, PARALLEL>(simd, offset);
             let crossing = Crossing::whole(&seen, direction);
-            sum.add(simd, length, &seen, &crossing, lights, blob.place);
+            sum.add(simd, &seen, &crossing, lights, blob.place);
         }
         let Sum { depth, airlight } = sum;
         depth.store(&mut fogged.depth[at..]);
@@ -159,7 +159,7 @@ fn add_opaque(
         let to_light = V3::from(light.position) - ray.offset;
         let from_light = blob.b - to_light.scale(blob.a);
         let lit = Lit { from_light, exponent: light.exponents[place] };
-        let floor = MISS_FLOOR * ray.length.max(f64::from(light.distance));
+        let floor = MISS_FLOOR * f64::from(light.distance);
         let value = crossing.scattered(blob, &lit, floor) as f32;
         for (row, scattered) in fogged.airlight.iter_mut().zip(light.scattered) {
             row[at] += value * scattered;
@@ -178,7 +178,6 @@ impl<S: Simd> Sum<S> {
     fn add(
         &mut self,
         simd: S,
-        length: Lanes<S>,
         seen: &Seen<Lanes<S>>,
         crossing: &Crossing<Lanes<S>>,
         lights: &[LightRow<'_>],
@@ -189,8 +188,7 @@ impl<S: Simd> Sum<S> {
             let [x, y, z, exponent] = light.blobs[place as usize];
             let lit =
                 Lit { from_light: splat3(simd, [x, y, z]), exponent: Lanes::splat(simd, exponent) };
-            let reach = length.max(Lanes::splat(simd, light.distance));
-            let floor = reach * reach.lit(MISS_FLOOR);
+            let floor = Lanes::splat(simd, light.distance * MISS_FLOOR as f32);
             let value = crossing.scattered(seen, &lit, floor);
             self.airlight = self.airlight + splat3(simd, light.scattered).scale(value);
         }

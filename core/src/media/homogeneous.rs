@@ -12,7 +12,8 @@ pub struct Homogeneous {
 impl Homogeneous {
     /// Adds up the terms.
     pub fn new<'a>(terms: impl Iterator<Item = &'a scene::Homogeneous>) -> Self {
-        Self { beta: terms.map(scene::Homogeneous::extinction_per_m).sum() }
+        // An empty f64 sum is −0, and what is divided by that is minus infinity.
+        Self { beta: terms.map(scene::Homogeneous::extinction_per_m).fold(0.0, |a, b| a + b) }
     }
 
     /// T along a path of that length [m].

@@ -44,6 +44,13 @@ impl BlobTree {
         Self { anchor, bvh }
     }
 
+    /// No blob lies farther from a point than this [m]; 0 where there is none.
+    pub fn farthest(&self, point: DVec3) -> f64 {
+        let Some(root) = self.bvh.nodes.first() else { return 0.0 };
+        let (center, half) = (0.5 * (root.aabb.min + root.aabb.max), 0.5 * root.aabb.diagonal());
+        point.distance(self.anchor + center.as_dvec3()) + f64::from(half.length())
+    }
+
     /// Calls `visit` with the place of every blob whose ball a ray of the bundle may meet.
     pub fn visit(&self, bundle: &Bundle, mut visit: impl FnMut(usize)) {
         let bundle = Bundle { origin: bundle.origin - self.anchor, ..*bundle };

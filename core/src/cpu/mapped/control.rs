@@ -99,12 +99,12 @@ impl Control {
         Self::new(context, |_| place)
     }
 
-    /// Where a light stands relative to the first of the rays, of that length.
-    pub fn light(&self, lamp: &Lamp, length: f32) -> ToLight<f64> {
+    /// Where a light stands relative to the first of the rays.
+    pub fn light(&self, lamp: &Lamp) -> ToLight<f64> {
         let first = |rows: &[Each; 3]| rows.map(|row| f64::from(row[0])).into();
         let (offset, direction): (DVec3, DVec3) = (first(&self.offset), first(&self.direction));
         let light = lamp.from_camera - offset;
-        ToLight::new(light.into(), direction.normalize().into(), f64::from(length))
+        ToLight::new(light.into(), direction.normalize().into())
     }
 
     fn empty() -> Self {

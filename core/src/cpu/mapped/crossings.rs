@@ -11,6 +11,9 @@ use crate::media::gaussians::{HALF_SQRT_PI, Line};
 use crate::num::{Lanes, Num};
 use fearless_simd::{Simd, dispatch};
 
+/// Share of the fog around it from which on a blob stands out.
+const OUTSTANDING: f32 = 0.3;
+
 /// One blob before the rays of a row.
 #[derive(Clone, Debug)]
 struct Crossing {
@@ -29,6 +32,8 @@ struct Crossing {
     begins: Each,
     /// Its depth behind it.
     whole: Each,
+    /// The largest of those.
+    most: f32,
 }
 
 /// The blobs that rays cross.
@@ -83,10 +88,20 @@ impl Crossings {
         (from < to).then_some((from, to))
     }
 
+    /// The smallest radius of the blobs that stand out between two ray parameters [m]; infinite if
+    /// none does: a sum of many is smoother than each.
+    pub fn finest(&self, from: f32, to: f32) -> f32 {
+        let cut = |blob: &&Crossing| blob.first < to && blob.last > from;
+        let blobs = self.blobs.iter().filter(cut);
+        let all = blobs.map(|blob| blob.most).sum::<f32>() + self.beta * (to - from);
+        let stands_out = |blob: &&Crossing| blob.most > OUTSTANDING * all;
+        let scales = self.blobs.iter().filter(cut).filter(stands_out).map(|blob| blob.a);
+        1.0 / scales.fold(0.0, f32::max)
+    }
+
     /// The most that any ray meets up to `length`.
     pub fn most(&self, length: f32) -> f32 {
-        let blobs = self.blobs.iter().map(|blob| bounds(&blob.whole).1);
-        self.beta * length + blobs.sum::<f32>()
+        self.beta * length + self.blobs.iter().map(|blob| blob.most).sum::<f32>()
     }
 }
 
@@ -130,7 +145,8 @@ fn cross<S: Simd, const PARALLEL: bool>(
         }
         let (low, high) = bounds(&middle);
         let (first, last) = ((low - ENDS as f32) / a, (high + ENDS as f32) / a);
-        crossings.push(Crossing { a, dense, first, last, middle, density, begins, whole });
+        let most = bounds(&whole).1;
+        crossings.push(Crossing { a, dense, first, last, middle, density, begins, whole, most });
     }
     crossings
 }

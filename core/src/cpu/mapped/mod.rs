@@ -36,6 +36,9 @@ pub use table::LightTable;
 const CHECK: [f32; 2] = [0.55, 0.45];
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
+/// A tail among blobs may be so many of their radii long, times a layer's share: over half a radius a
+/// Gaussian is a cubic to 1 %.
+const SMOOTH: f32 = 3.0;
 /// A layer is at least this share of the blobs' extent.
 pub const THIN: f32 = 0.02;
 
@@ -142,7 +145,7 @@ impl Pass<'_> {
         let Some(Reach { from, to, dense }) = self.reach(patch, &sights.control) else {
             return Vec::new();
         };
-        let layers = self.layers(patch, from, to, dense);
+        let layers = self.layers(patch, &sights.control, from, to, dense);
         let tolerance = Tolerance::new(&self.context.view);
         if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
             return split();
@@ -168,18 +171,21 @@ impl Pass<'_> {
 
     /// Where the patch's rays meet fog that is seen; `None` if nowhere.
     fn reach(&self, patch: &Patch, control: &Sight) -> Option<Reach> {
+        let beta = self.context.field.homogeneous.beta as f32;
         let longest = patch.members.last().map_or(0.0, |ray| ray.length(self.block));
+        // What is the same everywhere hides the rest of a long ray by itself.
+        let longest = if beta > 0.0 { longest.min(OPAQUE as f32 / beta) } else { longest };
         let dense = control.met.span(longest);
-        let clear = self.context.field.homogeneous.beta == 0.0;
-        let span = if clear { dense } else { Some((0.0, longest)) };
+        let span = if beta == 0.0 { dense } else { Some((0.0, longest)) };
         let (from, to) = span.filter(|span| span.0 < span.1)?;
-        Some(Reach { from, to: self.opaque_from(control, from, to), dense })
+        Some(Reach { from, to: self.opaque_from(control, from, to, dense), dense })
     }
 
     /// The patch's rays that meet fog, by where they end.
     fn layers<'b>(
         &self,
         patch: &'b Patch,
+        control: &Sight,
         from: f32,
         to: f32,
         dense: Option<(f32, f32)>,
@@ -192,7 +198,10 @@ impl Pass<'_> {
         let mut rest = &patch.members[reached..];
         while let Some(nearest) = rest.first() {
             let first = end(nearest);
-            let reach = first + (share * (first - from)).max(thin);
+            let reach = (share * (first - from)).max(thin);
+            // A tail's cubics hold what is smooth across it.
+            let finest = control.met.finest(first, first + reach);
+            let reach = first + reach.min(SMOOTH * share * finest).max(1e-5 * first);
             let (members, behind) = rest.split_at(rest.partition_point(|ray| end(ray) <= reach));
             let last = members.last().map_or(first, end);
             layers.push(Layer { from, first, last, members });
@@ -201,17 +210,21 @@ impl Pass<'_> {
         layers
     }
 
-    /// Where nothing behind is seen any more.
-    fn opaque_from(&self, sight: &Sight, from: f32, to: f32) -> f32 {
-        if sight.met.most(to) < OPAQUE as f32 {
+    /// Where nothing behind is seen any more: among the blobs, else behind them, where only
+    /// homogeneous fog is left.
+    fn opaque_from(&self, sight: &Sight, from: f32, to: f32, dense: Option<(f32, f32)>) -> f32 {
+        let Some((_, end)) = dense.filter(|_| sight.met.most(to) >= OPAQUE as f32) else {
             return to;
-        }
-        let part = (to - from) / PROBES as f32;
+        };
+        let part = (end - from) / PROBES as f32;
         let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
         let depth = sight.met.profile(self.context, &pairs(&t)).depth;
         let thinnest = |at: usize| of_place(&depth, at).into_iter().fold(f32::INFINITY, f32::min);
-        let opaque = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32);
-        opaque.map_or(to, |at| t[at])
+        if let Some(opaque) = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32) {
+            return t[opaque];
+        }
+        let beta = self.context.field.homogeneous.beta as f32;
+        to.min(end + (OPAQUE as f32 - thinnest(PROBES - 1)) / beta)
     }
 
     /// Adds the light's airlight to the rays of a layer.
@@ -294,7 +307,6 @@ impl Pass<'_> {
                 self.context.phase,
                 V3::lit(one, self.lamp.from_camera) - offset,
                 direction,
-                length,
             );
             let mut sum = one.lit(0.0);
             if let Some(head) = sums.head {

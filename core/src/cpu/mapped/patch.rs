@@ -1,6 +1,7 @@
 //! Patches of the picture over which fields are interpolated.
 
 use super::control::Blob;
+use crate::airlight::ENDS;
 use crate::cpu::batch::{Rays, Row, SIZE, get3};
 use crate::cpu::fog::Ends;
 use crate::cpu::frame::{Context, Lamp};
@@ -227,7 +228,7 @@ impl Surroundings {
         let spread = rim.as_vec3().distance(axis);
         let width = rim_offset.as_vec3().distance(offset);
         let Tolerance { hidden: most, wide, .. } = Tolerance::new(&context.view);
-        let (mut hidden, mut depth) = (0.0, context.field.homogeneous.beta as f32 * longest);
+        let (mut hidden, mut depth, mut end) = (0.0, 0.0, 0.0f32);
         let meets = |blob: &&Blob| {
             let b = Vec3::from(blob.b) - offset * blob.a;
             let half = 1.01 * (b.length() * spread + width * blob.a);
@@ -237,6 +238,7 @@ impl Surroundings {
                 return false;
             }
             depth += 2.0 * blob.k * (-aside * aside).exp();
+            end = end.max((b.dot(axis) + ENDS as f32) / blob.a);
             if half > COARSE {
                 let half = half.min(4.0);
                 // The third derivative of a Gaussian, met over half a patch. What many blobs hide has
@@ -247,6 +249,8 @@ impl Surroundings {
             true
         };
         let blobs = blobs.iter().filter(meets).copied().collect();
+        // Homogeneous fog hides what is missed, but not that behind the blobs.
+        depth += context.field.homogeneous.beta as f32 * end.min(longest);
         // In thin fog a blob stands out by what it adds.
         let hides = hidden.sqrt() > most * depth.min(1.0);
         let is_coarse = patch.size() > SMALLEST && (hides || spread > wide);

@@ -5,7 +5,8 @@ use super::control::{Each, Fields, PADDED};
 use super::patch::Tolerance;
 use super::pixels::{Head, Light, at};
 use super::{CHECK, Pass, Sight};
-use crate::airlight::mapped::{Map, PROBES, Probes, SIZES};
+use crate::airlight::ToLight;
+use crate::airlight::mapped::{Map, OPAQUE, PROBES, Probes, SIZES};
 use crate::num::{Lanes, Num};
 use crate::quadrature::gauss_legendre;
 use fearless_simd::{Simd, dispatch};
@@ -22,6 +23,13 @@ pub const FAINT: f32 = 1e-5;
 
 /// What rounding leaves where there is no fog: ln β has a floor.
 const NOTHING: f64 = 1e-20;
+
+/// What rounding leaves of the homogeneous fog's depth where that is taken away from the whole.
+const ROUNDING: f64 = 1e-6;
+
+/// A rule may miss so many times more on other rays of its patch: its own estimate of that is the
+/// square of a ratio, and exceeds what is really missed by as much.
+const ELSEWHERE: f64 = 30.0;
 
 /// The rules that are tried.
 static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| SIZES.map(Rule::new).into());
@@ -79,18 +87,12 @@ fn row(values: &[f64]) -> Each {
 
 /// Where the integrand is evaluated, sixteen places a row.
 pub struct Nodes {
+    /// The rule that they belong to.
+    rule: &'static Rule,
     /// Ray parameters [m].
     pub t: Vec<Each>,
     /// ln of the weights [m].
     pub log_weight: Vec<Each>,
-}
-
-/// What a rule makes of a ray, node by node.
-struct Terms {
-    /// Of the airlight per unit of ω·I₀.
-    airlight: Vec<Each>,
-    /// Of ∫ β e^(−T) dt.
-    removed: Vec<Each>,
 }
 
 impl Pass<'_> {
@@ -98,7 +100,8 @@ impl Pass<'_> {
     /// resolves the ray through its middle.
     pub fn nodes(&self, sight: &Sight, dense: Option<(f32, f32)>, from: f32, to: f32) -> Nodes {
         let (context, level) = (self.context, self.context.level);
-        let to_light = sight.rays.light(self.lamp, to);
+        let beta = context.field.homogeneous.beta as f32;
+        let to_light = sight.rays.light(self.lamp);
         let dense = dense.map(|(a, b)| (f64::from(a), f64::from(b)));
         let (begin, end) = (f64::from(from), f64::from(to));
         let probes = Probes::new(begin, end, dense, &to_light);
@@ -108,28 +111,44 @@ impl Pass<'_> {
             seen(simd, &Light::of(simd, context.phase, &to_light), &t, &fields)
         });
         let map = Map::new(context.phase, begin, end, to_light, &probes, &seen);
+        // What the blobs alone remove is known; a rule that misses it has not seen them all. The
+        // homogeneous fog is smooth, and far from the light most of it does not matter.
+        let haze = beta * to;
         let through = sight.met.profile(context, &[[to; PADDED]]).depth[0][0];
-        let removed = -f64::from(-through).exp_m1();
+        let removed = -f64::from(haze - through).exp_m1();
+        // Beside as much homogeneous fog, a thin blob need not be met as closely.
+        let among = dense.map_or(0.0, |(low, high)| f64::from(beta) * (high - low));
+        let known = removed.max(-(-among).exp_m1());
         let Tolerance { agree, unmet, .. } = Tolerance::new(&context.view);
-        let mut nodes = Nodes { t: vec![], log_weight: vec![] };
-        for rule in RULES.iter() {
-            nodes = dispatch!(level, simd => place(simd, &map, rule));
+        let suffices = |nodes: &Nodes| {
             let fields = self.fields(sight, &nodes.t);
-            let terms = dispatch!(level, simd => {
-                terms(simd, &Light::of(simd, context.phase, &to_light), &nodes, &fields)
-            });
-            let missed = (total(&terms.removed) - removed).abs();
-            if rule.unresolved(&terms.airlight) <= agree && missed <= unmet * removed + NOTHING {
+            let met = dispatch!(level, simd => removed_by_blobs(simd, nodes, &fields, beta));
+            let missed = (met - removed).abs();
+            let resolves = nodes.rule.unresolved(&self.terms(&to_light, nodes, &fields)) <= agree;
+            resolves && missed <= unmet * known + ROUNDING * f64::from(haze) + NOTHING
+        };
+        let place = |rule| dispatch!(level, simd => place(simd, &map, rule));
+        let mut nodes = place(&RULES[0]);
+        for rule in &RULES[1..] {
+            if suffices(&nodes) {
                 break;
             }
+            nodes = place(rule);
         }
         nodes
     }
 
-    /// Whether quadratics miss the fields so much that it shows, at a place where all their errors
-    /// do.
+    /// What a rule makes of the airlight along a ray per unit of ω·I₀, node by node.
+    fn terms(&self, to_light: &ToLight<f64>, nodes: &Nodes, fields: &Fields) -> Vec<Each> {
+        dispatch!(self.context.level, simd => {
+            terms(simd, &Light::of(simd, self.context.phase, to_light), nodes, fields)
+        })
+    }
+
+    /// Whether the patch asks too much of its rule and its quadratics, at a place where all errors
+    /// of the latter show: the rule was chosen for the ray through the middle, and must resolve what
+    /// other rays see, too.
     pub fn is_rough(&self, sight: &Sight, nodes: &Nodes, head: &Head) -> bool {
-        let context = self.context;
         let exact = self.fields(sight, &nodes.t);
         let Some(through) = exact.depth.last().map(|depth| depth[PADDED - 1]) else { return false };
         if through < UNSEEN {
@@ -143,16 +162,14 @@ impl Pass<'_> {
             smooth.log[row][lane] = at(&node.log, x, y) - node.log_weight;
             smooth.mean[row][lane] = at(&node.mean, x, y);
         }
-        let to_light = sight.rays.light(self.lamp, nodes.t[nodes.t.len() - 1][PADDED - 1]);
-        let [is, would_be] = [&exact, &smooth].map(|fields| {
-            let terms = dispatch!(context.level, simd => {
-                terms(simd, &Light::of(simd, context.phase, &to_light), nodes, fields)
-            });
-            total(&terms.airlight)
-        });
-        let rough = Tolerance::new(&context.view).rough;
+        let to_light = sight.rays.light(self.lamp);
+        let [is, would_be] = [&exact, &smooth].map(|fields| self.terms(&to_light, nodes, fields));
+        let Tolerance { rough, agree, .. } = Tolerance::new(&self.context.view);
         let dims = f64::from((at(&head.depth, x, y) - through).abs() * (-through).exp());
-        (is - would_be).abs() > rough * is || self.sets_depth && dims > DIMMED * rough
+        let (is, would_be, missed) = (total(&is), total(&would_be), nodes.rule.unresolved(&is));
+        (is - would_be).abs() > rough * is
+            || missed > ELSEWHERE * agree
+            || self.sets_depth && dims > DIMMED * rough
     }
 }
 
@@ -170,8 +187,8 @@ fn seen<S: Simd>(simd: S, light: &Light<S>, t: &[Each], fields: &Fields) -> [f64
 
 /// A rule's nodes.
 #[inline(always)]
-fn place<S: Simd>(simd: S, map: &Map, rule: &Rule) -> Nodes {
-    let mut placed = Nodes { t: rule.nodes.clone(), log_weight: rule.weights.clone() };
+fn place<S: Simd>(simd: S, map: &Map, rule: &'static Rule) -> Nodes {
+    let mut placed = Nodes { rule, t: rule.nodes.clone(), log_weight: rule.weights.clone() };
     for (t, log_weight) in placed.t.iter_mut().zip(&mut placed.log_weight) {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let (place, slope) = map.solve(Lanes::load(simd, &t[at..]));
@@ -183,22 +200,39 @@ fn place<S: Simd>(simd: S, map: &Map, rule: &Rule) -> Nodes {
     placed
 }
 
-/// What nodes make of fields along one ray.
+/// The airlight's terms along one ray.
 #[inline(always)]
-fn terms<S: Simd>(simd: S, light: &Light<S>, nodes: &Nodes, fields: &Fields) -> Terms {
-    let zero = vec![[0.0; PADDED]; nodes.t.len()];
-    let mut terms = Terms { airlight: zero.clone(), removed: zero };
-    for row in 0..nodes.t.len() {
+fn terms<S: Simd>(simd: S, light: &Light<S>, nodes: &Nodes, fields: &Fields) -> Vec<Each> {
+    let mut terms = vec![[0.0; PADDED]; nodes.t.len()];
+    for (row, terms) in terms.iter_mut().enumerate() {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let t = Lanes::load(simd, &nodes.t[row][at..]);
             let log = Lanes::load(simd, &fields.log[row][at..])
                 + Lanes::load(simd, &nodes.log_weight[row][at..]);
             let mean = Lanes::load(simd, &fields.mean[row][at..]);
-            light.scattered(t, log, mean).store(&mut terms.airlight[row][at..]);
-            log.exp().store(&mut terms.removed[row][at..]);
+            light.scattered(t, log, mean).store(&mut terms[at..]);
         }
     }
     terms
+}
+
+/// ∫ β e^(−T) dt of the blobs alone, as a rule has it: what is left of β and T without the
+/// homogeneous fog's.
+#[inline(always)]
+fn removed_by_blobs<S: Simd>(simd: S, nodes: &Nodes, fields: &Fields, haze: f32) -> f64 {
+    let haze = Lanes::splat(simd, haze);
+    let mut terms = vec![[0.0; PADDED]; nodes.t.len()];
+    for (row, terms) in terms.iter_mut().enumerate() {
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let t = Lanes::load(simd, &nodes.t[row][at..]);
+            let depth = Lanes::load(simd, &fields.depth[row][at..]);
+            let log = Lanes::load(simd, &fields.log[row][at..]);
+            let own = (log + depth.min(depth.lit(2.0 * OPAQUE))).exp() - haze;
+            let weight = Lanes::load(simd, &nodes.log_weight[row][at..]) - depth + haze * t;
+            (own.max(own.lit(0.0)) * weight.exp()).store(&mut terms[at..]);
+        }
+    }
+    total(&terms)
 }
 
 fn total(terms: &[Each]) -> f64 {

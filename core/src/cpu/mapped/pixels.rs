@@ -119,15 +119,10 @@ pub struct Light<S: Simd> {
 }
 
 impl<S: Simd> Light<S> {
-    /// From the light's place relative to the rays' starts, their directions and lengths.
+    /// From the light's place relative to the rays' starts, and their directions.
     #[inline(always)]
-    pub fn new(
-        phase: Phase,
-        light: V3<Lanes<S>>,
-        direction: V3<Lanes<S>>,
-        length: Lanes<S>,
-    ) -> Self {
-        let ToLight { closest, miss } = ToLight::new(light, direction, length);
+    pub fn new(phase: Phase, light: V3<Lanes<S>>, direction: V3<Lanes<S>>) -> Self {
+        let ToLight { closest, miss } = ToLight::new(light, direction);
         Self { closest, miss2: miss.squared(), phase }
     }
 

@@ -1,0 +1,137 @@
+//! Random scenes of the kind that a newcomer types: some haze, a few blobs, a lamp or three, under an
+//! open sky whose rays are up to 1 000 km long.
+
+use crate::scenes::{Random, homogeneous, pixel_rays, probe, render, scene, view};
+use crate::trials::{Errors, Use, luminance, quantiles};
+use fogbank_core::probe::RayAnswer;
+use fogbank_core::request::{Layer, Quality, View};
+use fogbank_core::scene::CheckedScene;
+use serde_json::{Value, json};
+
+/// How many scenes there are.
+pub const SCENES: u64 = 48;
+
+/// A scene by its number, the same in every run.
+pub fn everyday(number: u64) -> Value {
+    let mut random = Random(1000 + number);
+    let mut surfaces = Vec::new();
+    if number % 3 != 0 {
+        surfaces.push(json!({ "shape": { "kind": "plane" } }));
+    }
+    if number % 2 == 0 {
+        let center = [random.between(-2.0, 2.0), 0.8, random.between(-4.0, 2.0)];
+        surfaces.push(json!({ "shape": { "kind": "sphere", "center": center, "radius": 0.8 } }));
+    }
+    let phase = match number % 8 {
+        3 => json!({ "kind": "henyey_greenstein", "g": 0.7 }),
+        6 => json!({ "kind": "henyey_greenstein", "g": -0.4 }),
+        _ => json!({ "kind": "isotropic" }),
+    };
+    let lamps: Vec<_> = (0..1 + number % 3).map(|_| lamp(&mut random)).collect();
+    let haze = match number % 4 {
+        0 => random.between(0.0, 0.1),
+        1 if number % 12 == 1 => 0.0,
+        _ => random.decades(1e-5, 0.1),
+    };
+    let blobs: Vec<_> = (0..1 + random.bits() % 5).map(|_| blob(&mut random)).collect();
+    let position = [random.between(-3.0, 3.0), random.between(0.5, 3.0), random.between(5.0, 12.0)];
+    let target = [random.between(-1.0, 1.0), random.between(0.3, 2.5), 0.0];
+    json!({
+        "camera": { "position": position, "target": target },
+        "surfaces": surfaces,
+        "lights": lamps,
+        "fog": {
+            "phase": phase,
+            "terms": [homogeneous(haze), { "kind": "gaussians", "blobs": blobs }],
+        },
+        "far_m": random.decades(1e2, 1e6),
+    })
+}
+
+fn lamp(random: &mut Random) -> Value {
+    let position = [random.between(-4.0, 4.0), random.between(0.5, 5.0), random.between(-6.0, 4.0)];
+    let intensity = [0; 3].map(|_| random.between(5.0, 60.0));
+    json!({ "kind": "point", "position": position, "intensity": intensity })
+}
+
+fn blob(random: &mut Random) -> Value {
+    let center = [random.between(-4.0, 4.0), random.between(0.0, 3.0), random.between(-8.0, 3.0)];
+    let (radius, extinction) = (random.between(0.4, 2.5), random.decades(0.03, 1.0));
+    json!({ "center": center, "radius": radius, "extinction": extinction })
+}
+
+/// What a picture is off by, pixel by pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Relative errors.
+    pub errors: Errors,
+    /// The largest jump of the error between neighbours: what shows as a step.
+    pub step: f64,
+}
+
+/// Every pixel of a scene's picture against the same rays, probed in f64. What is darker than a hundredth
+/// of the mean counts as that bright: nobody sees more of it beside the rest.
+#[derive(Debug)]
+pub struct Exact {
+    json: Value,
+    scene: CheckedScene,
+    width: u32,
+    height: u32,
+    luminance: Vec<f64>,
+}
+
+impl Exact {
+    /// Probes every pixel of a picture 4:3.
+    pub fn new(json: &Value, height: u32) -> Self {
+        let (scene, width) = (scene(json), height * 4 / 3);
+        let rays = pixel_rays(&scene, width, height);
+        let luminance =
+            probe(&scene, &rays).iter().map(|answer| luminance(answer.airlight.0)).collect();
+        Self { json: json.clone(), scene, width, height, luminance }
+    }
+
+    /// What the probes themselves are off by at some pixels, against the integral.
+    pub fn of_probes(&self, count: usize) -> Errors {
+        let mut json = self.json.clone();
+        json["fog"]["airlight"] = "reference".into();
+        let mut random = Random(7);
+        let rays = pixel_rays(&self.scene, self.width, self.height);
+        let some: Vec<_> = (0..count).map(|_| random.bits() as usize % rays.len()).collect();
+        let asked: Vec<_> = some.iter().map(|at| rays[*at]).collect();
+        let exact = probe(&scene(&json), &asked);
+        let error = |(at, answer): (&usize, &RayAnswer)| {
+            let exact = luminance(answer.airlight.0);
+            (self.luminance[*at] - exact).abs() / exact.max(1e-2 * self.mean())
+        };
+        quantiles(some.iter().zip(&exact).map(error).collect())
+    }
+
+    fn mean(&self) -> f64 {
+        let mean = self.luminance.iter().sum::<f64>() / self.luminance.len() as f64;
+        mean.max(f64::MIN_POSITIVE)
+    }
+
+    /// What a picture for some use is off by.
+    pub fn measure(&self, wanted: Use) -> Seen {
+        let quality = if wanted == Use::Draft { Quality::Draft } else { Quality::Full };
+        let view = view(self.width, self.height, Layer::Airlight, quality);
+        let frame = render(&self.scene, &View { for_screen: wanted != Use::Numbers, ..view });
+        let dark = 1e-2 * self.mean();
+        let error = |(at, b): (usize, &f64)| {
+            let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
+            (luminance(a) - b) / b.max(dark)
+        };
+        let errors: Vec<_> = self.luminance.iter().enumerate().map(error).collect();
+        Seen {
+            step: self.step(&errors),
+            errors: quantiles(errors.iter().map(|e| e.abs()).collect()),
+        }
+    }
+
+    fn step(&self, errors: &[f64]) -> f64 {
+        let width = self.width as usize;
+        let across = errors.chunks(width).flat_map(|row| row.windows(2)).map(|w| w[1] - w[0]);
+        let down = errors.iter().zip(&errors[width..]).map(|(a, b)| b - a);
+        across.chain(down).fold(0.0, |most, step| most.max(step.abs()))
+    }
+}
