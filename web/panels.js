@@ -9,6 +9,8 @@ import { pointerOf } from "./store.js";
 const NOT_IN_VIEW = ["scene", "width", "height", "quality", "layer"];
 // Parts of the scene with a panel of their own, in this order; the others share "World".
 const SCENE_PANELS = ["fog", "lights", "camera", "surfaces"];
+// For editors of files.
+const NOT_IN_WORLD = ["$schema"];
 const OPEN_AT_FIRST = ["view", "fog"];
 
 export class Panels {
@@ -30,7 +32,7 @@ export class Panels {
     const ofRequest = schemas.resolve(this.#requestSchema.properties?.scene);
     const scene = ofRequest.properties ? ofRequest : schemas.component("Scene");
     const view = without(this.#requestSchema, NOT_IN_VIEW);
-    const world = without(scene, SCENE_PANELS);
+    const world = without(scene, [...SCENE_PANELS, ...NOT_IN_WORLD]);
     const parts = SCENE_PANELS.filter((key) => scene.properties?.[key]);
     this.#root.replaceChildren(
       this.#panel("view", (body) => body.append(...buildProperties({ form: this.#form, path: [] }, view))),

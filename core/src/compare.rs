@@ -6,7 +6,7 @@ use crate::image;
 use crate::renderer::{Frame, Interrupted, Progress, Renderer};
 use crate::request::{Layer, Quality, Tonemap, View, check_scene, check_size};
 use crate::scene::limits::{COUNTS, Range};
-use crate::scene::{Airlight, CheckedScene, Checker, Fog, Problem, Scene};
+use crate::scene::{Airlight, CheckedScene, Checker, Code, Fog, Problem, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -34,6 +34,11 @@ pub struct CompareRequest {
 /// One side of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend(
+    "if" = { "properties": { "airlight": { "const": "march" } } },
+    "then" = { "required": ["steps"], "properties": { "steps": { "type": "integer" } } },
+    "else" = { "properties": { "steps": { "type": "null" } } },
+))]
 pub struct Side {
     /// The estimator.
     pub airlight: ComparedAirlight,
@@ -75,15 +80,15 @@ impl Side {
             let range = Range { min: 1.0, max: COUNTS.march_steps as f64 };
             match self.steps {
                 Some(steps) => check.number(f64::from(steps), range, steps_at),
-                None => check.refuse(steps_at, "march needs a number of steps"),
+                None => check.refuse(Code::Missing, steps_at, "march needs a number of steps"),
             }
             return Estimator::March(self.steps.unwrap_or(1));
         };
         if self.steps.is_some() {
-            check.refuse(steps_at, "only march takes steps");
+            check.refuse(Code::Conflict, steps_at, "only march takes steps");
         }
         if let Some(detail) = refusal(fog, airlight) {
-            check.refuse(|| format!("{at}/airlight"), detail);
+            check.refuse(Code::Conflict, || format!("{at}/airlight"), detail);
         }
         Estimator::Scene(airlight)
     }

@@ -3,7 +3,7 @@
 use crate::airlight::Estimator;
 use crate::image::Format;
 use crate::scene::limits::{self, COUNTS};
-use crate::scene::{CheckedScene, Checker, Problem, Scene, Vec3};
+use crate::scene::{CheckedScene, Checker, Code, Problem, Scene, Vec3};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -206,6 +206,7 @@ pub struct ProbeRequest {
     pub scene: Scene,
     /// The rays.
     #[serde(deserialize_with = "crate::scene::bounded::list::<{ COUNTS.rays }, _, _>")]
+    #[schemars(length(max = COUNTS.rays))]
     pub rays: Vec<RayRequest>,
 }
 
@@ -216,6 +217,7 @@ pub struct RayRequest {
     /// Where it starts [m].
     pub origin: Vec3,
     /// Where it goes; any length but zero.
+    #[schemars(extend("not" = { "const": [0, 0, 0] }))]
     pub direction: Vec3,
     /// Where it ends at the latest [m]; without it, `far_m` of the scene.
     #[serde(default)]
@@ -270,19 +272,12 @@ pub(crate) fn check_size(check: &mut Checker, width: u32, height: u32, most: usi
     check.number(f64::from(height), side, || "/height".into());
     let pixels = u64::from(width) * u64::from(height);
     if check.is_clean() && pixels > most as u64 {
-        check.refuse(
-            || "/height".into(),
-            format!("{pixels} pixels are more than the limit of {most}"),
-        );
+        let detail = format!("{pixels} pixels are more than the limit of {most}");
+        check.refuse(Code::TooMany, || "/height".into(), detail);
     }
 }
 
 pub(crate) fn check_scene(mut check: Checker, scene: Scene) -> Result<CheckedScene, Vec<Problem>> {
-    match scene.check() {
-        Ok(scene) => check.finish(scene),
-        Err(problems) => {
-            check.absorb(problems, "/scene");
-            Err(check.into_problems())
-        }
-    }
+    check.within("/scene", |check| scene.check_into(check));
+    scene.checked(check)
 }

@@ -5,6 +5,7 @@ use fogbank_core::compare::ComparedAirlight;
 use fogbank_core::image::Format;
 use fogbank_core::request::{Layer, Quality, Tonemap};
 use fogbank_core::scene::{self, Vec3};
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -202,10 +203,12 @@ fn output(text: &str) -> Result<Output, String> {
 }
 
 /// A word of the API: the command line takes the same ones.
-fn named<T: DeserializeOwned>(word: &str) -> Result<T, String> {
+fn named<T: DeserializeOwned + JsonSchema>(word: &str) -> Result<T, String> {
     let json = serde_json::Value::from(word).to_string();
     scene::read(json.as_bytes()).map_err(|error| match error {
-        scene::ReadError::Invalid(problem) => problem.detail,
+        scene::ReadError::Invalid(problems) => {
+            problems.into_iter().next().map_or_else(String::new, |problem| problem.detail)
+        }
         scene::ReadError::NotJson(detail) => detail,
     })
 }

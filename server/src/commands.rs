@@ -154,21 +154,25 @@ fn read_scene(name: &str) -> Result<Scene, Failure> {
     read.map_err(|error| Failure::new(name, error))?;
     scene::read(&json).map_err(|error| match error {
         ReadError::NotJson(_) => Failure::new(name, error),
-        ReadError::Invalid(problem) => invalid_scene(name, vec![problem]),
+        ReadError::Invalid(problems) => invalid_scene(name, problems),
     })
 }
 
 fn invalid_scene(name: &str, problems: Vec<Problem>) -> Failure {
-    let lines = problems.into_iter().map(|Problem { pointer, detail }| match pointer.as_str() {
-        "" => format!("{name}: {detail}"),
-        _ => format!("{name}: {pointer}: {detail}"),
-    });
+    let lines =
+        problems.into_iter().map(|Problem { pointer, detail, .. }| match pointer.as_str() {
+            "" => format!("{name}: {detail}"),
+            _ => format!("{name}: {pointer}: {detail}"),
+        });
     Failure(lines.collect())
 }
 
 /// What a check of the whole request found: pointers into the file, or the option at fault.
 fn invalid(name: &str, problems: Vec<Problem>) -> Failure {
-    let line = |Problem { pointer, detail }: Problem| {
+    let line = |Problem { pointer, detail, .. }: Problem| {
+        if pointer.is_empty() {
+            return format!("{name}: {detail}");
+        }
         if let Some(pointer) = pointer.strip_prefix("/scene") {
             return format!("{name}: {pointer}: {detail}");
         }
@@ -221,15 +225,18 @@ fn style() -> ProgressStyle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fogbank_core::scene::Code;
 
     fn lines(pointer: &str) -> Vec<String> {
-        let problem = Problem { pointer: pointer.into(), detail: "no".into() };
+        let (pointer, code) = (pointer.into(), Code::OutOfRange);
+        let problem = Problem { pointer, code, detail: "no".into() };
         invalid("a.json", vec![problem]).0
     }
 
     #[test]
     fn a_failure_names_the_place_in_the_file_or_the_option() {
         assert_eq!(lines("/scene/lights/0/id"), ["a.json: /lights/0/id: no"]);
+        assert_eq!(lines(""), ["a.json: no"]);
         assert_eq!(lines("/width"), ["--width: no"]);
         assert_eq!(lines("/exposure_ev"), ["--exposure-ev: no"]);
         assert_eq!(lines("/rays/0/direction/1"), ["--direction: no"]);

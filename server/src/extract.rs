@@ -6,6 +6,7 @@ use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode, header};
 use fogbank_core::scene;
 use http_body_util::BodyExt;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +15,8 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 /// Largest body of a request [bytes].
 pub const BODY_BYTES: usize = 32 << 20;
 
-/// All bodies together that may be in memory at a time [bytes].
+/// All bodies together that may be in memory at a time [bytes]. Reading one takes at most 8 times its
+/// size: a request that is all the smallest items there are is that much larger than its text.
 const ALL_BODIES_BYTES: usize = 8 * BODY_BYTES;
 
 /// How long a client may take to send its body.
@@ -49,7 +51,7 @@ impl Intake {
         check: fn(T) -> Result<C, Vec<scene::Problem>>,
     ) -> Result<C, Problem>
     where
-        T: DeserializeOwned + 'static,
+        T: DeserializeOwned + JsonSchema + 'static,
         C: Send + 'static,
     {
         check_headers(request.headers())?;

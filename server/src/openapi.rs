@@ -23,59 +23,93 @@ pub fn generator() -> SchemaGenerator {
         .into_generator()
 }
 
+/// What the operations of a group have to do with each other.
+const TAGS: [(&str, &str); 4] = [
+    ("pictures", "Images of a scene."),
+    ("numbers", "What the models compute, as numbers."),
+    ("service", "What this server offers and accepts."),
+    ("health", "For whoever watches the process."),
+];
+
 /// What one method of a path takes and answers.
 pub struct Operation {
     method: &'static str,
+    /// Stable: generated clients name their functions by it.
+    id: &'static str,
+    tag: &'static str,
     summary: &'static str,
     request: Option<Schema>,
+    examples: Map<String, Value>,
     content: Map<String, Value>,
     headers: Map<String, Value>,
     refusals: Vec<StatusCode>,
 }
 
+/// What every request may meet before its route is asked.
+const ALWAYS: [StatusCode; 5] = [
+    StatusCode::BAD_REQUEST,
+    StatusCode::URI_TOO_LONG,
+    StatusCode::MISDIRECTED_REQUEST,
+    StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE,
+    StatusCode::INTERNAL_SERVER_ERROR,
+];
+
+/// What every job for the renderer may meet.
+const OF_A_JOB: [StatusCode; 3] =
+    [StatusCode::FORBIDDEN, StatusCode::SERVICE_UNAVAILABLE, StatusCode::GATEWAY_TIMEOUT];
+
+/// What every body may meet.
+const OF_A_BODY: [StatusCode; 4] = [
+    StatusCode::REQUEST_TIMEOUT,
+    StatusCode::PAYLOAD_TOO_LARGE,
+    StatusCode::UNSUPPORTED_MEDIA_TYPE,
+    StatusCode::UNPROCESSABLE_ENTITY,
+];
+
 impl Operation {
     /// A `GET`, described by one sentence.
-    pub fn get(summary: &'static str) -> Self {
+    pub fn get(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
         Self {
             method: "get",
+            id,
+            tag,
             summary,
             request: None,
+            examples: Map::new(),
             content: Map::new(),
             headers: Map::new(),
-            refusals: vec![StatusCode::INTERNAL_SERVER_ERROR],
+            refusals: ALWAYS.to_vec(),
         }
     }
 
-    /// A `POST` of a JSON body, with all the refusals that such a body may meet.
-    pub fn post<T: JsonSchema>(summary: &'static str, schemas: &mut SchemaGenerator) -> Self {
-        let refusals = vec![
-            StatusCode::BAD_REQUEST,
-            StatusCode::REQUEST_TIMEOUT,
-            StatusCode::PAYLOAD_TOO_LARGE,
-            StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            StatusCode::INTERNAL_SERVER_ERROR,
-            StatusCode::SERVICE_UNAVAILABLE,
-            StatusCode::GATEWAY_TIMEOUT,
-        ];
-        let request = Some(schemas.subschema_for::<T>());
-        Self { method: "post", request, refusals, ..Self::get(summary) }
+    /// A `POST` whose body does not matter.
+    pub fn post(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
+        Self { method: "post", ..Self::get(id, tag, summary) }.refuses(&OF_A_JOB)
     }
 
-    /// A `POST` whose body does not matter.
-    pub fn post_without_body(summary: &'static str) -> Self {
-        let refusals = vec![
-            StatusCode::INTERNAL_SERVER_ERROR,
-            StatusCode::SERVICE_UNAVAILABLE,
-            StatusCode::GATEWAY_TIMEOUT,
-        ];
-        Self { method: "post", refusals, ..Self::get(summary) }
+    /// Takes a type as a JSON body.
+    pub fn takes<T: JsonSchema>(self, schemas: &mut SchemaGenerator) -> Self {
+        let request = Some(schemas.subschema_for::<T>());
+        Self { request, ..self }.refuses(&OF_A_BODY)
+    }
+
+    /// A body that is answered with 200.
+    pub fn example(mut self, name: &str, summary: &str, body: Value) -> Self {
+        let example = json!({ "summary": summary, "value": body });
+        self.examples.insert(name.into(), example);
+        self
     }
 
     /// Answers a type as JSON.
     pub fn json<T: JsonSchema>(self, schemas: &mut SchemaGenerator) -> Self {
         let schema = schemas.subschema_for::<T>();
         self.content(JSON, json!({ "schema": schema }))
+    }
+
+    /// Answers this, for one: if there are examples of bodies, to the first of them.
+    pub fn answers(mut self, example: Value) -> Self {
+        self.content[JSON]["example"] = example;
+        self
     }
 
     /// Answers something else.
@@ -85,15 +119,17 @@ impl Operation {
     }
 
     /// Answers a picture in one of `formats`, by `Accept`.
-    pub fn picture(mut self, formats: &[Format]) -> Self {
-        self.refusals.push(StatusCode::NOT_ACCEPTABLE);
+    pub fn picture(self, formats: &[Format]) -> Self {
         let operation = self
+            .refuses(&[StatusCode::NOT_ACCEPTABLE])
             .header("ETag", "The same bytes have the same tag.")
             .header("Fog-Backend", "Where the picture was made.")
             .header("Fog-Quality", "`draft` or `full`.")
             .header("Server-Timing", "Milliseconds in the queue, in each pass and encoding.");
+        // Without this schema, generated clients drop the bytes.
+        let bytes = json!({ "schema": { "type": "string", "format": "binary" } });
         formats.iter().fold(operation, |operation, format| {
-            operation.content(format.content_type(), json!({}))
+            operation.content(format.content_type(), bytes.clone())
         })
     }
 
@@ -104,28 +140,35 @@ impl Operation {
         self
     }
 
-    /// May also be refused with this status.
-    pub fn refuses(mut self, status: StatusCode) -> Self {
-        self.refusals.push(status);
+    /// May also be refused with these.
+    pub fn refuses(mut self, statuses: &[StatusCode]) -> Self {
+        self.refusals.extend_from_slice(statuses);
         self
     }
 
-    fn document(mut self) -> Value {
+    fn document(self) -> Value {
+        let mut operation = json!({
+            "operationId": self.id,
+            "tags": [self.tag],
+            "summary": self.summary,
+        });
+        if let Some(schema) = self.request {
+            let mut content = json!({ "schema": schema });
+            if !self.examples.is_empty() {
+                content["examples"] = self.examples.into();
+            }
+            operation["requestBody"] = json!({ "required": true, "content": { JSON: content } });
+        }
         let mut success = json!({ "description": "Success", "content": self.content });
         if !self.headers.is_empty() {
             success["headers"] = self.headers.into();
         }
         let mut responses = Map::from_iter([("200".into(), success)]);
-        self.refusals.sort();
         for status in self.refusals {
             let reference = json!({ "$ref": format!("#/components/responses/{}", name(status)) });
             responses.insert(status.as_str().into(), reference);
         }
-        let mut operation = json!({ "summary": self.summary, "responses": responses });
-        if let Some(schema) = self.request {
-            let content = json!({ JSON: { "schema": schema } });
-            operation["requestBody"] = json!({ "required": true, "content": content });
-        }
+        operation["responses"] = responses.into();
         json!({ self.method: operation })
     }
 }
@@ -148,10 +191,15 @@ pub fn document() -> Value {
             "title": "Fogbank",
             "version": env!("CARGO_PKG_VERSION"),
             "description": "Previews of fog by published closed forms. Lengths are metres, angles \
-                degrees, colours linear Rec. 709; the world is right-handed, +Y up.",
+                degrees, colours linear Rec. 709; the world is right-handed, +Y up.\n\nEvery refusal \
+                is an RFC 9457 problem of the type `about:blank`: its status says what kind it is, \
+                and where a body is not valid, each of its `errors` has a `code`, which is stable. \
+                In schemas, `x-items-in-all` bounds what all lists of that name in a scene hold \
+                together.",
             "license": { "name": env!("CARGO_PKG_LICENSE"), "identifier": env!("CARGO_PKG_LICENSE") },
         },
         "servers": [{ "url": "/" }],
+        "tags": TAGS.map(|(name, description)| json!({ "name": name, "description": description })),
         "paths": paths,
         "components": { "schemas": definitions, "responses": responses },
     })
@@ -161,18 +209,26 @@ pub fn document() -> Value {
 fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
     let schema = schemas.subschema_for::<Problem>();
     let all = [
-        (StatusCode::BAD_REQUEST, "The body is not JSON."),
+        (StatusCode::BAD_REQUEST, "The body is not JSON, or the request not HTTP."),
+        (StatusCode::FORBIDDEN, "A page of another site must not use this server."),
         (StatusCode::NOT_ACCEPTABLE, "`Accept` takes no format that is offered."),
         (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
         (StatusCode::PAYLOAD_TOO_LARGE, "The body is larger than `/v1/limits` allows."),
+        (StatusCode::URI_TOO_LONG, "The address is too long."),
         (StatusCode::UNSUPPORTED_MEDIA_TYPE, "The body is not declared as JSON."),
+        (StatusCode::MISDIRECTED_REQUEST, "`Host` names another server."),
         (StatusCode::UNPROCESSABLE_ENTITY, "The body is JSON, but no valid request."),
+        (StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE, "The headers are too large."),
         (StatusCode::INTERNAL_SERVER_ERROR, "The server failed."),
         (StatusCode::SERVICE_UNAVAILABLE, "Busy: come again after `Retry-After` seconds."),
         (StatusCode::GATEWAY_TIMEOUT, "The deadline passed."),
     ];
     let describe = |(status, description): (StatusCode, &str)| {
-        let content = json!({ problem::CONTENT_TYPE: { "schema": schema } });
+        let mut content = json!({ "schema": schema });
+        if status == StatusCode::UNPROCESSABLE_ENTITY {
+            content["example"] = invalid_example();
+        }
+        let content = json!({ problem::CONTENT_TYPE: content });
         let mut response = json!({ "description": description, "content": content });
         if status == StatusCode::SERVICE_UNAVAILABLE {
             let seconds = json!({ "description": "Seconds.", "schema": { "type": "integer" } });
@@ -181,6 +237,22 @@ fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
         (name(status), response)
     };
     all.into_iter().map(describe).collect()
+}
+
+/// What is answered to `{"scene": {"far_m": "far"}, "width": 0}` for a picture.
+fn invalid_example() -> Value {
+    let error = |pointer: &str, code: &str, detail: &str| json!({ "pointer": pointer, "code": code, "detail": detail });
+    json!({
+        "type": "about:blank",
+        "title": "Unprocessable Entity",
+        "status": 422,
+        "detail": "/scene/far_m: expected a number, found a string",
+        "errors": [
+            error("/scene/far_m", "wrong_type", "expected a number, found a string"),
+            error("/width", "out_of_range", "0 is not between 1 and 8192"),
+            error("", "missing", "`height` is missing"),
+        ],
+    })
 }
 
 /// `UnprocessableEntity`.
@@ -225,6 +297,7 @@ fn pascal_case(snake_case: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashSet;
 
     fn references(value: &Value, into: &mut Vec<String>) {
         match value {
@@ -252,15 +325,20 @@ mod tests {
     #[test]
     fn every_route_and_type_is_there_and_described() {
         let document = document();
+        let mut ids = HashSet::new();
         for route in app::routes() {
             let operations = document["paths"][route.path].as_object().unwrap();
             for operation in operations.values() {
+                assert!(ids.insert(operation["operationId"].as_str().unwrap().to_owned()));
+                assert!(TAGS.iter().any(|(name, _)| operation["tags"] == json!([name])));
                 assert!(operation["summary"].as_str().is_some_and(|text| !text.is_empty()));
                 assert!(!operation["responses"]["200"]["content"].as_object().unwrap().is_empty());
             }
         }
         let schemas = document["components"]["schemas"].as_object().unwrap();
-        for name in ["Scene", "Camera", "Fog", "GaussiansTerm", "PointLight", "Problem"] {
+        for name in
+            ["Scene", "Camera", "Fog", "GaussiansTerm", "PointLight", "Problem", "FieldError"]
+        {
             assert!(schemas.contains_key(name), "{name}");
         }
         for (name, schema) in schemas {

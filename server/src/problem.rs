@@ -23,19 +23,11 @@ pub struct Problem {
     status: u16,
     /// What is wrong with this request.
     detail: String,
-    /// The places of the request's body that are wrong, if any.
-    errors: Vec<FieldError>,
+    /// What is wrong in the request's body, if it is that: at most 32 entries, and a last one of the
+    /// code `more` where there are more.
+    errors: Vec<scene::Problem>,
     #[serde(skip)]
     retry_after_s: Option<u32>,
-}
-
-/// One thing that is wrong with a request's body, and where.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct FieldError {
-    /// JSON pointer (RFC 6901) of the offending place.
-    pointer: String,
-    /// What is wrong with it.
-    detail: String,
 }
 
 impl Problem {
@@ -52,16 +44,12 @@ impl Problem {
     }
 
     /// The body is JSON, but not a valid request.
-    pub fn invalid(problems: Vec<scene::Problem>) -> Self {
-        let mut errors = problems.into_iter().map(FieldError::from);
-        let Some(first) = errors.next() else {
-            return Self::new(StatusCode::UNPROCESSABLE_ENTITY, "the request is not valid");
+    pub fn invalid(errors: Vec<scene::Problem>) -> Self {
+        let detail = match errors.first() {
+            Some(first) if first.pointer.is_empty() => first.detail.clone(),
+            Some(first) => format!("{}: {}", first.pointer, first.detail),
+            None => "the request is not valid".to_owned(),
         };
-        let detail = match first.pointer.as_str() {
-            "" => first.detail.clone(),
-            pointer => format!("{pointer}: {}", first.detail),
-        };
-        let errors = std::iter::once(first).chain(errors).collect();
         Self { errors, ..Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail) }
     }
 
@@ -99,17 +87,11 @@ impl IntoResponse for Problem {
     }
 }
 
-impl From<scene::Problem> for FieldError {
-    fn from(problem: scene::Problem) -> Self {
-        Self { pointer: problem.pointer, detail: problem.detail }
-    }
-}
-
 impl From<ReadError> for Problem {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::NotJson(_) => Self::new(StatusCode::BAD_REQUEST, error.to_string()),
-            ReadError::Invalid(problem) => Self::invalid(vec![problem]),
+            ReadError::Invalid(problems) => Self::invalid(problems),
         }
     }
 }
@@ -162,11 +144,16 @@ mod tests {
 
     #[test]
     fn bad_input_names_its_places() {
-        let wrong = |pointer: &str| scene::Problem { pointer: pointer.into(), detail: "x".into() };
+        let wrong = |pointer: &str| scene::Problem {
+            pointer: pointer.into(),
+            code: scene::Code::OutOfRange,
+            detail: "x".into(),
+        };
         let problem = Problem::invalid(vec![wrong("/scene/far_m"), wrong("/width")]);
         assert_eq!(problem.status(), 422);
         assert_eq!(body(&problem)["detail"], "/scene/far_m: x");
-        assert_eq!(body(&problem)["errors"][1], json!({"pointer": "/width", "detail": "x"}));
+        let expected = json!({"pointer": "/width", "code": "out_of_range", "detail": "x"});
+        assert_eq!(body(&problem)["errors"][1], expected);
     }
 
     #[test]

@@ -92,6 +92,9 @@ impl<'a> Walk<'a> {
         };
         let at_hand = at_hand.or(outer.get("default")).or(schema.get("default"));
         self.types(&types, pointer, frame);
+        if let Some(excluded) = outer.pointer("/not/const") {
+            self.wrong(pointer, frame, &excluded.to_string());
+        }
         match types[0] {
             "number" | "integer" => self.number(schema, types[0] == "integer", pointer, frame),
             "string" => self.string(schema, pointer, frame),
@@ -125,21 +128,28 @@ impl<'a> Walk<'a> {
             self.wrong(pointer, frame, raw);
         }
         for (key, sign) in [("minimum", -1.0), ("maximum", 1.0)] {
-            let Some(bound) = schema[key].as_f64() else {
-                assert!(is_integer && schema["format"] == "uint32", "{pointer} has no {key}");
-                self.wrong(pointer, frame, "4294967296");
-                continue;
-            };
-            let step = if is_integer { 1.0 } else { (bound.abs() * 1e-6).max(1e-9) };
-            self.wrong(pointer, frame, &(bound + sign * step).to_string());
+            let bound = schema[key].as_f64().unwrap_or_else(|| panic!("{pointer} has no {key}"));
             self.case(false, pointer, frame, &bound.to_string());
+            // A whole number is one however it is written.
+            self.case(false, pointer, frame, &format!("{bound:e}"));
+            let step = match bound {
+                _ if is_integer => 1.0,
+                0.0 => 1e-12,
+                _ => 1e-12 * bound.abs(),
+            };
+            self.wrong(pointer, frame, &(bound + sign * step).to_string());
+            self.case(false, pointer, frame, &(bound - sign * step).to_string());
         }
     }
 
     fn string(&mut self, schema: &Value, pointer: &str, frame: Frame) {
-        let longest = schema["maxLength"].as_u64();
-        let longest = longest.unwrap_or_else(|| panic!("{pointer} has no maxLength")) as usize;
         let of_length = |length: usize| format!("\"{}\"", "雾".repeat(length));
+        let Some(longest) = schema["maxLength"].as_u64() else {
+            // Only a text that means nothing may have any length.
+            assert!(pointer.ends_with("/$schema"), "{pointer} has no maxLength");
+            return self.case(false, pointer, frame, &of_length(1000));
+        };
+        let longest = longest as usize;
         self.wrong(pointer, frame, &of_length(longest + 1));
         self.case(false, pointer, frame, &of_length(longest));
         assert_eq!(schema["minLength"], 1, "{pointer}");
@@ -160,8 +170,11 @@ impl<'a> Walk<'a> {
             for length in [0, length - 1, length + 1] {
                 self.wrong(pointer, frame, &json!(vec![1; length]).to_string());
             }
-        } else if items.is_empty() {
-            items.push(self.sample(item));
+        } else {
+            self.lengths(schema, &items, pointer, frame);
+            if items.is_empty() {
+                items.push(self.sample(item));
+            }
         }
         for k in 0..if exact.is_some() { items.len() } else { 1 } {
             let inner = |value: Value| {
@@ -170,6 +183,22 @@ impl<'a> Walk<'a> {
                 frame(items.into())
             };
             self.visit(item, Some(&items[k]), &format!("{pointer}/{k}"), &inner);
+        }
+    }
+
+    /// One item too few, and one too many where that is not megabytes of text.
+    fn lengths(&mut self, schema: &'a Value, items: &[Value], pointer: &str, frame: Frame) {
+        let longest = schema["maxItems"].as_u64();
+        let longest = longest.unwrap_or_else(|| panic!("{pointer} has no maxItems")) as usize;
+        let item = items.first().cloned().unwrap_or_else(|| self.sample(&schema["items"]));
+        let mut of_length = |length: usize| {
+            self.wrong(pointer, frame, &json!(vec![&item; length]).to_string());
+        };
+        if let Some(shorter) = schema["minItems"].as_u64().and_then(|least| least.checked_sub(1)) {
+            of_length(shorter as usize);
+        }
+        if longest <= 1000 {
+            of_length(longest + 1);
         }
     }
 

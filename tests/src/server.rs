@@ -102,6 +102,15 @@ impl Server {
         self.post("/v1/render", &body).expect_success();
     }
 
+    /// The most memory that it has held so far [bytes]; 0 where the system does not say.
+    pub fn peak_memory_bytes(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()));
+        let status = status.unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        kilobytes.map_or(0, |kilobytes| kilobytes << 10)
+    }
+
     /// Stops it and answers what it wrote on standard output after the first line.
     pub fn stop(mut self) -> String {
         self.child.kill().expect("it can be stopped");

@@ -484,3 +484,80 @@ fn every_documented_path_is_there_and_nothing_else() {
         }
     }
 }
+
+/// Numbers as near as another machine's mathematical library computes them.
+fn is_like(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            a.len() == b.len()
+                && a.iter().all(|(key, value)| b.get(key).is_some_and(|b| is_like(value, b)))
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_like(a, b))
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let [a, b] = [a, b].map(|number| number.as_f64().unwrap());
+            (a - b).abs() <= 1e-12 * b.abs()
+        }
+        (a, b) => a == b,
+    }
+}
+
+#[test]
+fn examples_are_answered_as_the_document_says() {
+    let server = Server::start();
+    let document = server.get("/v1/openapi.json").expect_success().json();
+    let mut sent = 0;
+    for (path, operations) in document["paths"].as_object().unwrap() {
+        for (method, operation) in operations.as_object().unwrap() {
+            let content = &operation["responses"]["200"]["content"];
+            let examples = &operation["requestBody"]["content"]["application/json"]["examples"];
+            assert_eq!(examples.is_object(), !operation["requestBody"].is_null(), "{path}");
+            let bodies = examples.as_object().into_iter().flat_map(|all| all.values());
+            let mut answers: Vec<_> =
+                bodies.map(|body| server.post(path, &body["value"])).collect();
+            if answers.is_empty() && method == "get" {
+                answers.push(server.get(path));
+            }
+            sent += answers.len();
+            for answer in &answers {
+                assert_eq!(answer.status, 200, "{path}: {}", answer.text());
+                let content_type = answer.expect_header("content-type");
+                assert!(!content[content_type].is_null(), "{path}: {content_type}");
+            }
+            let expected = &content["application/json"]["example"];
+            assert!(expected.is_null() || is_like(&answers[0].json(), expected), "{path}");
+        }
+    }
+    assert!(sent > 10);
+    let body = json!({ "scene": { "far_m": "far" }, "width": 0 });
+    let problem = server.post("/v1/render", &body).expect_problem(422);
+    let documented =
+        "/components/responses/UnprocessableEntity/content/application~1problem+json/example";
+    assert_eq!(Some(&problem), document.pointer(documented));
+}
+
+#[test]
+fn a_picture_is_documented_as_bytes() {
+    let document = Server::start().get("/v1/openapi.json").expect_success().json();
+    for path in ["/v1/render", "/v1/optical-depth", "/v1/compare"] {
+        let content = &document["paths"][path]["post"]["responses"]["200"]["content"];
+        for (media_type, description) in content.as_object().unwrap() {
+            let is_bytes = description["schema"] == json!({ "type": "string", "format": "binary" });
+            assert_eq!(is_bytes, media_type != "application/json", "{path} {media_type}");
+        }
+    }
+}
+
+#[test]
+fn a_scene_may_name_its_schema() {
+    let server = Server::start();
+    let scene = json!({ "$schema": "https://example.org/scene.schema.json" });
+    server.post("/v1/probe", &json!({ "scene": scene, "rays": [] })).expect_success();
+    let scene = json!({ "$schema": 1 });
+    let problem =
+        server.post("/v1/probe", &json!({ "scene": scene, "rays": [] })).expect_problem(422);
+    assert_eq!(problem["errors"][0]["pointer"], "/scene/$schema");
+    let document = server.get("/v1/openapi.json").json();
+    assert!(document["components"]["schemas"]["Scene"]["properties"]["$schema"].is_object());
+}

@@ -115,7 +115,7 @@ fn what_does_not_fit_together_is_refused_at_its_place() {
         ),
         (
             surface(json!({ "kind": "heightfield", "heights": [[0], [0]] })),
-            "/surfaces/0/shape/heights",
+            "/surfaces/0/shape/heights/0",
         ),
         (terms(json!([{}, { "kind": "homogeneous" }])), "/fog/terms/0"),
         (
@@ -155,6 +155,25 @@ fn every_error_of_a_request_is_told_at_once() {
     let pointers: Vec<_> = errors.iter().map(|error| error["pointer"].as_str().unwrap()).collect();
     let height = "/scene/camera/projection/height_m";
     assert_eq!(pointers, ["/width", "/samples", height, "/scene/time_s", "/scene/far_m"]);
+    assert!(errors.iter().all(|error| error["code"] == "out_of_range"), "{problem}");
+    let blob = json!({ "radius": "large", "extinction": -1 });
+    let scene = json!({ "far_m": null, "fog": { "terms": [{ "kind": "gaussians", "blobs": [blob] }, { "kind": "smoke" }] } });
+    let body = json!({ "scene": scene, "width": 0, "heigth": 1 });
+    let problem = server.post("/v1/render", &body).expect_problem(422);
+    let errors = problem["errors"].as_array().unwrap().iter();
+    let mut found: Vec<_> =
+        errors.map(|e| [&e["pointer"], &e["code"]].map(|v| v.as_str().unwrap())).collect();
+    found.sort_unstable();
+    let expected = [
+        ["", "missing"],
+        ["/heigth", "unknown_key"],
+        ["/scene/far_m", "wrong_type"],
+        ["/scene/fog/terms/0/blobs/0/extinction", "out_of_range"],
+        ["/scene/fog/terms/0/blobs/0/radius", "wrong_type"],
+        ["/scene/fog/terms/1/kind", "unknown_word"],
+        ["/width", "out_of_range"],
+    ];
+    assert_eq!(found, expected);
 }
 
 #[test]
@@ -253,8 +272,7 @@ fn what_is_not_json_is_a_400() {
         r#"{"scene": {"far_m": 01}}"#.into(),
         r#"{"scene": {"far_m": +1}}"#.into(),
         r#"{"scene": {"far_m": .5}}"#.into(),
-        term(r#"{"id": "\ud800", "kind": "homogeneous"}"#),
-        term(&format!(r#"{{"blobs": {}, "kind": "gaussians"}}"#, deep("[", "]"))),
+        term(r#"{"blobs": [{}, {},], "kind": "gaussians"}"#),
         term(&deep(r#"{"a":"#, "}")),
     ];
     for path in POSTS {
@@ -271,11 +289,67 @@ fn what_is_not_json_is_a_400() {
         let whole = if path == "/v1/probe" { r#"{"scene": {}, "rays": []}"# } else { whole };
         server.send(&Request::post(path, whole)).expect_success();
         server.send(&Request::post(path, format!("{whole} {{}}"))).expect_problem(400);
-        // Refused for its type before its depth matters.
-        for deep in [deep("[", "]"), deep(r#"{"scene":"#, "}")] {
-            server.send(&Request::post(path, deep)).expect_problem(422);
-        }
     }
+    server.expect_healthy();
+}
+
+#[test]
+fn what_is_json_is_a_422_with_its_place_whatever_is_in_it() {
+    let server = Server::start();
+    let deep = |open: &str, close: &str| open.repeat(100_000) + "0" + &close.repeat(100_000);
+    let term = |json: &str| format!(r#"{{"scene": {{"fog": {{"terms": [{json}]}}}}, "rays": []}}"#);
+    let at = "/scene/fog/terms/0";
+    for (body, pointer) in [
+        (deep("[", "]"), String::new()),
+        (deep(r#"{"scene":"#, "}"), "/scene/scene".into()),
+        (deep(r#"{"a":"#, "}"), "/a".into()),
+        (
+            term(&format!(r#"{{"blobs": {}, "kind": "gaussians"}}"#, deep("[", "]"))),
+            format!("{at}/blobs/0"),
+        ),
+        (term(r#"{"id": "\ud800", "kind": "homogeneous"}"#), format!("{at}/id")),
+        (term(r#"{"kind": "homogeneous", "id": "\ud800"}"#), format!("{at}/id")),
+        (
+            term(r#"{"kind": "gaussians", "blobs": [{"radius": 1e400}]}"#),
+            format!("{at}/blobs/0/radius"),
+        ),
+    ] {
+        let problem = server.send(&Request::post("/v1/probe", body.as_str())).expect_problem(422);
+        assert_eq!(first_pointer(&problem), pointer, "{body:.100}\n{problem}");
+    }
+    server.expect_healthy();
+}
+
+#[test]
+fn a_refusal_is_short_and_costs_little_however_large_the_request() {
+    let server = Server::start();
+    let limit = server.get("/v1/limits").json()["body_bytes"].as_u64().unwrap() as usize;
+    let fill = |head: &str, unit: &str, tail: &str| {
+        format!("{head}{}{tail}", unit.repeat((limit - head.len() - tail.len()) / unit.len()))
+    };
+    let blobs = format!(r#"{{"kind": "gaussians", "blobs": [{}{{}}]}},"#, "{},".repeat(199_999));
+    let before = server.peak_memory_bytes();
+    for body in [
+        fill(
+            r#"{"scene": {"fog": {"terms": [{"blobs": ["#,
+            r#"{"a":{}},"#,
+            r#"{}], "kind": "gaussians"}]}}}"#,
+        ),
+        fill(r#"{"scene": {"fog": {"terms": [{"#, r#""":{},"#, r#""kind": "gaussians"}]}}}"#),
+        fill(r#"{"scene": {"fog": {"terms": ["#, &blobs, "{}]}}}"),
+        fill(r#"{""#, "key", r#"": 1}"#),
+        fill(r#"{"scene": {"lights": [{"kind": ""#, "kind", r#""}]}}"#),
+    ] {
+        let answer = server.send(&Request::post("/v1/probe", body.as_str()));
+        let problem = answer.expect_problem(422);
+        assert!(answer.body.len() < 16 << 10, "{} bytes for {body:.60}", answer.body.len());
+        let errors = problem["errors"].as_array().unwrap();
+        assert!(errors.len() <= 33);
+        assert_eq!(errors.len() == 33, errors.last().unwrap()["code"] == "more", "{problem}");
+    }
+    // A body may have been held twice while it came, and is read at 8 times its size at most.
+    let taken = server.peak_memory_bytes() - before;
+    assert!(taken <= 10 * limit as u64, "{} MB", taken >> 20);
     server.expect_healthy();
 }
 

@@ -15,6 +15,7 @@ pub struct Camera {
     /// The point in the middle of the picture [m]; differs from `position`.
     pub target: Vec3,
     /// Which way is up in the picture; not along the view.
+    #[schemars(extend("not" = { "const": [0, 0, 0] }))]
     pub up: Vec3,
     /// How space is laid onto the picture.
     pub projection: Projection,

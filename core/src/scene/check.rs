@@ -1,113 +1,10 @@
 //! The one gate: every number of a scene is looked at once, before anything is computed from it.
 
-use super::limits::{self, COUNTS, Range};
+use super::limits::{self, COUNTS};
 use super::*;
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
-
-/// One thing that is wrong with a request, and where.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct Problem {
-    /// JSON pointer (RFC 6901) of the offending place.
-    pub pointer: String,
-    /// What is wrong with it.
-    pub detail: String,
-}
-
-/// Collects problems while a document is walked.
-///
-/// Paths are only written out when something is wrong. At most [`Checker::MOST`] problems are
-/// kept: a mesh of a million bad corners needs no answer of a million lines.
-#[derive(Debug, Default)]
-pub struct Checker {
-    problems: Vec<Problem>,
-}
-
-impl Checker {
-    /// How many problems one answer lists.
-    pub const MOST: usize = 32;
-
-    /// Notes a problem at `pointer`.
-    pub fn refuse(&mut self, pointer: impl FnOnce() -> String, detail: impl Into<String>) {
-        if self.problems.len() < Self::MOST {
-            self.problems.push(Problem { pointer: pointer(), detail: detail.into() });
-        }
-    }
-
-    /// `value` must lie in `range`.
-    pub fn number(&mut self, value: f64, range: Range, pointer: impl FnOnce() -> String) {
-        if !range.contains(value) {
-            self.refuse(pointer, format!("{value} is not between {} and {}", range.min, range.max));
-        }
-    }
-
-    /// All components must lie in `range`.
-    pub fn triple(&mut self, value: [f64; 3], range: Range, pointer: impl Fn() -> String) {
-        for (i, component) in value.into_iter().enumerate() {
-            self.number(component, range, || format!("{}/{i}", pointer()));
-        }
-    }
-
-    /// There may be at most `most` of them.
-    pub fn count(
-        &mut self,
-        count: usize,
-        most: usize,
-        what: &str,
-        pointer: impl FnOnce() -> String,
-    ) {
-        if count > most {
-            self.refuse(pointer, format!("{count} {what} are more than the limit of {most}"));
-        }
-    }
-
-    /// A direction must have a length.
-    pub fn direction(&mut self, value: Vec3, pointer: impl Fn() -> String) {
-        self.triple(value.0, limits::COORDINATE, &pointer);
-        if value.vector().length_squared() < f64::MIN_POSITIVE {
-            self.refuse(pointer, "a direction must not be zero");
-        }
-    }
-
-    /// The value when nothing was refused.
-    ///
-    /// # Errors
-    /// The collected problems.
-    pub fn finish<T>(self, value: T) -> Result<T, Vec<Problem>> {
-        if self.problems.is_empty() { Ok(value) } else { Err(self.problems) }
-    }
-
-    /// Everything that was refused.
-    pub fn into_problems(self) -> Vec<Problem> {
-        self.problems
-    }
-
-    /// Takes over problems of a part of the document that stands at `pointer`.
-    pub fn absorb(&mut self, problems: Vec<Problem>, pointer: &str) {
-        for problem in problems {
-            self.refuse(|| format!("{pointer}{}", problem.pointer), problem.detail);
-        }
-    }
-
-    /// Whether nothing was refused so far.
-    pub fn is_clean(&self) -> bool {
-        self.problems.is_empty()
-    }
-
-    fn ids<'a>(&mut self, list: &str, ids: impl Iterator<Item = Option<&'a str>>) {
-        let mut seen = HashSet::new();
-        for (i, id) in ids.enumerate() {
-            let Some(id) = id else { continue };
-            let pointer = || format!("/{list}/{i}/id");
-            if id.is_empty() || id.chars().count() > COUNTS.id_chars {
-                self.refuse(pointer, format!("an id has 1 to {} characters", COUNTS.id_chars));
-            } else if !seen.insert(id) {
-                self.refuse(pointer, format!("`{id}` is not unique in {list}"));
-            }
-        }
-    }
-}
 
 /// A scene whose every value was checked. Cloning is cheap.
 #[derive(Clone, Debug)]
@@ -137,11 +34,15 @@ impl Scene {
     pub fn check(self) -> Result<CheckedScene, Vec<Problem>> {
         let mut check = Checker::default();
         self.check_into(&mut check);
-        check.finish(())?;
-        Ok(CheckedScene(Arc::new(self)))
+        self.checked(check)
     }
 
-    fn check_into(&self, check: &mut Checker) {
+    /// The scene, if nothing was refused in it nor around it.
+    pub(crate) fn checked(self, check: Checker) -> Result<CheckedScene, Vec<Problem>> {
+        check.finish(()).map(|()| CheckedScene(Arc::new(self)))
+    }
+
+    pub(crate) fn check_into(&self, check: &mut Checker) {
         check_camera(check, &self.camera);
         check.triple(self.background.0, limits::INTENSITY, || "/background".into());
         check_surfaces(check, &self.surfaces);
@@ -152,8 +53,24 @@ impl Scene {
     }
 }
 
+fn check_ids<'a>(check: &mut Checker, list: &str, ids: impl Iterator<Item = Option<&'a str>>) {
+    let mut seen = HashSet::new();
+    for (i, id) in ids.enumerate() {
+        let Some(id) = id else { continue };
+        let pointer = || format!("/{list}/{i}/id");
+        if id.is_empty() || id.chars().count() > COUNTS.id_chars {
+            let detail = format!("an id has 1 to {} characters", COUNTS.id_chars);
+            check.refuse(Code::WrongLength, pointer, detail);
+        } else if !seen.insert(id) {
+            let detail = format!("`{id}` is not unique in {list}");
+            check.refuse(Code::DuplicateId, pointer, detail);
+        }
+    }
+}
+
 fn check_camera(check: &mut Checker, camera: &Camera) {
     let at = |name: &str| format!("/camera/{name}");
+    let found = check.found();
     check.triple(camera.position.0, limits::COORDINATE, || at("position"));
     check.triple(camera.target.0, limits::COORDINATE, || at("target"));
     check.direction(camera.up, || at("up"));
@@ -167,20 +84,20 @@ fn check_camera(check: &mut Checker, camera: &Camera) {
             check.number(o.height_m, limits::RADIUS, || at("projection/height_m"));
         }
     }
-    if !check.is_clean() {
+    if check.found() > found {
         return;
     }
     let forward = (camera.target.vector() - camera.position.vector()).normalize_or_zero();
     if forward == DVec3::ZERO {
-        check.refuse(|| at("target"), "the target must differ from the position");
+        check.refuse(Code::Conflict, || at("target"), "the target must differ from the position");
     } else if forward.cross(camera.up.vector().normalize()).length() < 1e-9 {
-        check.refuse(|| at("up"), "up must not lie along the view");
+        check.refuse(Code::Conflict, || at("up"), "up must not lie along the view");
     }
 }
 
 fn check_surfaces(check: &mut Checker, surfaces: &[Surface]) {
     check.count(surfaces.len(), COUNTS.surfaces, "surfaces", || "/surfaces".into());
-    check.ids("surfaces", surfaces.iter().map(|s| s.id.as_deref()));
+    check_ids(check, "surfaces", surfaces.iter().map(|s| s.id.as_deref()));
     let (mut triangles, mut vertices) = (0usize, 0usize);
     for (i, surface) in surfaces.iter().enumerate() {
         let at = |name: &str| format!("/surfaces/{i}/{name}");
@@ -239,7 +156,11 @@ fn check_shape(check: &mut Checker, shape: &Shape, at: impl Fn(&str) -> String +
             check.triple(b.min.0, limits::COORDINATE, || at("shape/min"));
             check.triple(b.max.0, limits::COORDINATE, || at("shape/max"));
             for axis in (0..3).filter(|&k| b.min.0[k] >= b.max.0[k]) {
-                check.refuse(|| at(&format!("shape/max/{axis}")), "max must lie above min");
+                check.refuse(
+                    Code::Conflict,
+                    || at(&format!("shape/max/{axis}")),
+                    "max must lie above min",
+                );
             }
         }
         Shape::Mesh(mesh) => check_mesh(check, mesh, at),
@@ -255,13 +176,13 @@ fn check_mesh(check: &mut Checker, mesh: &Mesh, at: impl Fn(&str) -> String + Co
     for (i, triangle) in mesh.indices.iter().enumerate() {
         for (k, _) in triangle.iter().enumerate().filter(|(_, v)| **v as usize >= vertices) {
             let detail = format!("there are only {vertices} positions");
-            check.refuse(|| at(&format!("shape/indices/{i}/{k}")), detail);
+            check.refuse(Code::Conflict, || at(&format!("shape/indices/{i}/{k}")), detail);
         }
     }
     let Some(normals) = &mesh.normals else { return };
     if normals.len() != vertices {
         let detail = format!("{} normals do not match {vertices} positions", normals.len());
-        check.refuse(|| at("shape/normals"), detail);
+        check.refuse(Code::Conflict, || at("shape/normals"), detail);
     }
     for (i, normal) in normals.iter().enumerate() {
         check.direction(*normal, || at(&format!("shape/normals/{i}")));
@@ -274,13 +195,16 @@ fn check_heightfield(check: &mut Checker, field: &Heightfield, at: impl Fn(&str)
         check.number(size, limits::RADIUS, || at(&format!("shape/size/{k}")));
     }
     let columns = field.heights.first().map_or(0, Vec::len);
-    if field.heights.len() < 2 || columns < 2 {
-        check.refuse(|| at("shape/heights"), "a heightfield has at least 2×2 heights");
+    let detail = "a heightfield has at least 2×2 heights";
+    if field.heights.len() < 2 {
+        check.refuse(Code::WrongLength, || at("shape/heights"), detail);
+    } else if columns < 2 {
+        check.refuse(Code::WrongLength, || at("shape/heights/0"), detail);
     }
     for (j, row) in field.heights.iter().enumerate() {
         if row.len() != columns {
             let detail = format!("this row has {} heights, the first {columns}", row.len());
-            check.refuse(|| at(&format!("shape/heights/{j}")), detail);
+            check.refuse(Code::Conflict, || at(&format!("shape/heights/{j}")), detail);
         }
         for (i, height) in row.iter().enumerate() {
             check.number(*height, limits::COORDINATE, || at(&format!("shape/heights/{j}/{i}")));
@@ -290,7 +214,7 @@ fn check_heightfield(check: &mut Checker, field: &Heightfield, at: impl Fn(&str)
 
 fn check_lights(check: &mut Checker, lights: &[Light]) {
     check.count(lights.len(), COUNTS.lights, "lights", || "/lights".into());
-    check.ids("lights", lights.iter().map(Light::id));
+    check_ids(check, "lights", lights.iter().map(Light::id));
     for (i, light) in lights.iter().enumerate().take(COUNTS.lights) {
         let at = |name: &str| format!("/lights/{i}/{name}");
         let Light::Point(point) = light;
@@ -306,7 +230,7 @@ fn check_fog(check: &mut Checker, fog: &Fog) {
     }
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
-    check.ids("fog/terms", fog.terms.iter().map(Term::id));
+    check_ids(check, "fog/terms", fog.terms.iter().map(Term::id));
     let mut blobs = 0usize;
     for (i, term) in fog.terms.iter().enumerate().take(COUNTS.terms) {
         let at = |name: &str| format!("/fog/terms/{i}/{name}");
@@ -323,7 +247,7 @@ fn check_fog(check: &mut Checker, fog: &Fog) {
         }
     }
     if let Some(detail) = crate::airlight::refusal(fog, fog.airlight) {
-        check.refuse(|| "/fog/airlight".into(), detail);
+        check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
     }
 }
 
@@ -335,7 +259,11 @@ fn check_homogeneous(check: &mut Checker, term: &Homogeneous, at: impl Fn(&str) 
         check.number(visibility_m, limits::VISIBILITY, || at("visibility_m"));
     }
     if term.extinction.is_some() && term.visibility_m.is_some() {
-        check.refuse(|| at("visibility_m"), "give extinction or visibility_m, not both");
+        check.refuse(
+            Code::Conflict,
+            || at("visibility_m"),
+            "give extinction or visibility_m, not both",
+        );
     }
 }
 

@@ -5,7 +5,7 @@ use super::limits::{self, COUNTS};
 use super::tagged::tagged;
 use super::values::{Albedo, Rgb, Vec3};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The fog of a scene. Its extinction is the sum of its terms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,7 +22,8 @@ pub struct Fog {
     /// How the fog between lamps and surfaces is accounted for.
     pub surface_lighting: SurfaceLighting,
     /// What the fog is made of; extinctions add.
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.terms }, _, _>")]
+    #[serde(deserialize_with = "terms")]
+    #[schemars(length(max = COUNTS.terms))]
     pub terms: Vec<Term>,
 }
 
@@ -37,6 +38,15 @@ impl Default for Fog {
             terms: Vec::new(),
         }
     }
+}
+
+/// Reads the terms of a fog; what they take together is bounded.
+fn terms<'de, D: Deserializer<'de>>(input: D) -> Result<Vec<Term>, D::Error> {
+    let blobs = |term: &Term| match term {
+        Term::Gaussians(term) => term.blobs.len(),
+        Term::Homogeneous(_) => 0,
+    };
+    bounded::list_in_all::<{ COUNTS.terms }, _, _>(input, COUNTS.blobs, blobs)
 }
 
 tagged!(
@@ -129,6 +139,10 @@ impl Term {
 /// Fog that is the same everywhere. Give `extinction` or `visibility_m`, not both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(extend("not" = {
+    "required": ["extinction", "visibility_m"],
+    "properties": { "extinction": { "type": "number" }, "visibility_m": { "type": "number" } },
+}))]
 pub struct Homogeneous {
     /// Name of this term, unique among the terms.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -197,6 +211,7 @@ pub struct Gaussians {
     pub enabled: bool,
     /// The blobs.
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
+    #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
     pub blobs: Vec<Blob>,
 }
 

@@ -101,3 +101,9 @@ pub const COUNTS: Counts = Counts {
     compare_pixels: 2_097_152,
     march_steps: 4096,
 };
+
+/// Rows or columns of a heightfield's grid, whose cells are two triangles each.
+pub const GRID_SIDE: usize = COUNTS.triangles / 2 + 1;
+
+/// Rows of all heightfields together: each has at least one cell a row, but for its last row.
+pub const GRID_ROWS: usize = COUNTS.triangles / 2 + COUNTS.surfaces;

@@ -6,26 +6,31 @@
 pub(crate) mod bounded;
 mod camera;
 mod check;
+mod diagnose;
 mod fog;
+mod form;
 mod light;
 pub mod limits;
+mod problem;
 mod strict;
 mod surface;
 pub mod tagged;
 mod values;
 
 pub use camera::{Camera, Orthographic, Perspective, Projection};
-pub use check::{CheckedScene, Checker, Problem};
+pub use check::CheckedScene;
 pub use fog::{
     Airlight, Blob, Fog, Gaussians, HenyeyGreenstein, Homogeneous, Isotropic, Phase,
     SurfaceLighting, Term, Uniform, Vertical,
 };
 pub use light::{Light, Point};
+pub use problem::{Checker, Code, Problem};
 pub use surface::{Box, Heightfield, Material, Mesh, Plane, Shape, Sphere, Surface};
 pub use values::{Albedo, Rgb, Vec3};
 
 use limits::COUNTS;
 use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// A scene: everything that a picture depends on but its size. `{}` is a valid scene.
@@ -34,15 +39,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
+    /// Where an editor finds the schema of this file; has no meaning here.
+    #[serde(rename = "$schema", skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
     /// Where the picture is taken from.
     pub camera: Camera,
     /// Radiance where a ray meets nothing [W/(m² sr)].
     pub background: Rgb,
     /// What stands in the fog.
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.surfaces }, _, _>")]
+    #[serde(deserialize_with = "surface::list")]
+    #[schemars(length(max = COUNTS.surfaces))]
     pub surfaces: Vec<Surface>,
     /// What shines.
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.lights }, _, _>")]
+    #[schemars(length(max = COUNTS.lights))]
     pub lights: Vec<Light>,
     /// The fog.
     pub fog: Fog,
@@ -57,6 +67,7 @@ pub struct Scene {
 impl Default for Scene {
     fn default() -> Self {
         Self {
+            schema: None,
             camera: Camera::default(),
             background: Rgb::splat(0.0),
             surfaces: Vec::new(),
@@ -70,14 +81,22 @@ impl Default for Scene {
 
 /// Reads JSON into any documented type.
 ///
+/// Nothing is noted on the way: only a text that cannot be read is walked a second time, to tell
+/// everything that is wrong with it.
+///
 /// # Errors
-/// A [`ReadError`] with the JSON pointer of the offending place.
-pub fn read<'a, T: Deserialize<'a>>(json: &'a [u8]) -> Result<T, ReadError> {
-    let mut input = serde_json::Deserializer::from_slice(json);
-    let strict = strict::Strict(&mut input);
-    let value = serde_path_to_error::deserialize(strict).map_err(ReadError::from)?;
-    input.end().map_err(|error| ReadError::NotJson(error.to_string()))?;
-    Ok(value)
+/// That it is no JSON, or what is wrong with it, each with its JSON pointer.
+pub fn read<T: DeserializeOwned + JsonSchema>(json: &[u8]) -> Result<T, ReadError> {
+    let text = std::str::from_utf8(json).map_err(|error| {
+        ReadError::NotJson(format!("no UTF-8 after {} bytes", error.valid_up_to()))
+    })?;
+    parse(text).map_err(|error| diagnose::errors::<T>(text, &error))
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, serde_json::Error> {
+    let mut input = serde_json::Deserializer::from_str(text);
+    let value = T::deserialize(strict::Strict(&mut input))?;
+    input.end().map(|()| value)
 }
 
 /// Why some JSON is not what it should be.
@@ -87,19 +106,6 @@ pub enum ReadError {
     #[error("not JSON: {0}")]
     NotJson(String),
     /// It is JSON, but not of the documented form.
-    #[error("{}: {}", .0.pointer, .0.detail)]
-    Invalid(Problem),
-}
-
-impl From<serde_path_to_error::Error<serde_json::Error>> for ReadError {
-    fn from(error: serde_path_to_error::Error<serde_json::Error>) -> Self {
-        let text = error.inner().to_string();
-        let out_of_range = text.starts_with("number out of range");
-        if !error.inner().is_data() && !out_of_range {
-            return Self::NotJson(text);
-        }
-        let (below, detail) = tagged::split_error(&text);
-        let pointer = tagged::pointer_of(error.path()) + &below;
-        Self::Invalid(Problem { pointer, detail })
-    }
+    #[error("{} problems", .0.len())]
+    Invalid(Vec<Problem>),
 }

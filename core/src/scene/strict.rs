@@ -21,19 +21,36 @@ macro_rules! forward {
     )*};
 }
 
+macro_rules! whole {
+    ($($method:ident),* $(,)?) => {$(
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
+            self.0.$method(Whole(visitor))
+        }
+    )*};
+}
+
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
     type Error = D::Error;
 
     forward!(
-        deserialize_any(), deserialize_bool(), deserialize_i8(), deserialize_i16(),
-        deserialize_i32(), deserialize_i64(), deserialize_u8(), deserialize_u16(),
-        deserialize_u32(), deserialize_u64(), deserialize_f32(), deserialize_f64(),
+        deserialize_any(), deserialize_bool(), deserialize_f32(), deserialize_f64(),
         deserialize_char(), deserialize_str(), deserialize_string(), deserialize_bytes(),
         deserialize_byte_buf(), deserialize_option(), deserialize_unit(),
         deserialize_unit_struct(name: &'static str), deserialize_newtype_struct(name: &'static str),
         deserialize_seq(), deserialize_tuple(len: usize),
         deserialize_tuple_struct(name: &'static str, len: usize), deserialize_map(),
         deserialize_identifier(), deserialize_ignored_any(),
+    );
+
+    whole!(
+        deserialize_i8,
+        deserialize_i16,
+        deserialize_i32,
+        deserialize_i64,
+        deserialize_u8,
+        deserialize_u16,
+        deserialize_u32,
+        deserialize_u64,
     );
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -158,5 +175,27 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Word<V> {
 
     fn visit_str<E: Error>(self, word: &str) -> Result<V::Value, E> {
         self.0.visit_enum(word.into_deserializer())
+    }
+}
+
+/// Takes a number without a fraction as the integer that it is, however it is written.
+struct Whole<V>(V);
+
+impl<'de, V: Visitor<'de>> Visitor<'de> for Whole<V> {
+    type Value = V::Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.expecting(f)
+    }
+
+    visit!(visit_i64: i64, visit_u64: u64);
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<V::Value, E> {
+        // Exact in an f64 up to here.
+        const MOST: f64 = (1u64 << 53) as f64;
+        if value.fract() == 0.0 && value.abs() <= MOST {
+            return self.0.visit_i64(value as i64);
+        }
+        self.0.visit_f64(value)
     }
 }

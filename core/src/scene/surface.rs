@@ -5,7 +5,16 @@ use super::limits::{self, COUNTS};
 use super::tagged::tagged;
 use super::values::{Albedo, Rgb, Vec3};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// Reads the surfaces of a scene; what they take together is bounded.
+pub fn list<'de, D: Deserializer<'de>>(input: D) -> Result<Vec<Surface>, D::Error> {
+    let rows = |surface: &Surface| match &surface.shape {
+        Shape::Heightfield(field) => field.heights.len(),
+        _ => 0,
+    };
+    bounded::list_in_all::<{ COUNTS.surfaces }, _, _>(input, limits::GRID_ROWS, rows)
+}
 
 /// One visible thing. Surfaces are two-sided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -80,6 +89,7 @@ pub struct Plane {
     /// Any point of it [m].
     pub point: Vec3,
     /// Its normal; any length but zero.
+    #[schemars(extend("not" = { "const": [0, 0, 0] }))]
     pub normal: Vec3,
 }
 
@@ -128,12 +138,18 @@ impl Default for Box {
 pub struct Mesh {
     /// The corners [m].
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.vertices }, _, _>")]
+    #[schemars(length(max = COUNTS.vertices))]
     pub positions: Vec<Vec3>,
     /// Three places in `positions` for each triangle.
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.triangles }, _, _>")]
+    #[schemars(length(max = COUNTS.triangles), inner(inner(range(max = COUNTS.vertices - 1))))]
     pub indices: Vec<[u32; 3]>,
     /// One normal for each position, for smooth shading.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "bounded::list_or_null::<{ COUNTS.vertices }, _, _>",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(length(max = COUNTS.vertices))]
     pub normals: Option<Vec<Vec3>>,
 }
 
@@ -147,7 +163,15 @@ pub struct Heightfield {
     #[schemars(inner(range(min = limits::RADIUS.min, max = limits::RADIUS.max)))]
     pub size: [f64; 2],
     /// Heights [m]: rows along +z, each of the same length along +x, at least 2×2.
-    #[schemars(inner(inner(range(min = limits::COORDINATE.min, max = limits::COORDINATE.max))))]
+    #[serde(deserialize_with = "bounded::rows::<{ limits::GRID_SIDE }, _, _>")]
+    #[schemars(
+        length(min = 2, max = limits::GRID_SIDE),
+        inner(
+            length(min = 2, max = limits::GRID_SIDE),
+            inner(range(min = limits::COORDINATE.min, max = limits::COORDINATE.max))
+        ),
+        extend("x-items-in-all" = limits::GRID_ROWS)
+    )]
     pub heights: Vec<Vec<f64>>,
 }
 

@@ -1,18 +1,16 @@
 //! Tagged unions whose errors keep their place.
 //!
-//! serde's own `tag = "kind"` buffers the object, which loses the path of an error inside it.
-//! Here the members behind `kind` are read straight from the input, so that the path stays exact.
-//! Members written before `kind` are read from a buffer; their errors carry the rest of their
-//! path in the message, and [`split_error`] takes it out again.
+//! serde's own `tag = "kind"` copies the object into a tree first. Here the members behind `kind` are
+//! read straight from the input, and those before it wait as slices of the text.
 
 use super::strict::Strict;
 use serde::de::{self, DeserializeSeed, Deserializer, IntoDeserializer, MapAccess};
-use serde_json::Value;
+use serde_json::value::RawValue;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// Starts and ends a path inside an error message; cannot occur in serde's own words.
-const MARK: char = '\u{1f}';
+/// Members that may stand before `kind`: more than any variant has.
+const MOST_EARLY: usize = 32;
 
 /// A union of structs told apart by the member `kind`.
 pub trait Tagged: Sized {
@@ -42,35 +40,26 @@ impl<'de, T: Tagged> de::Visitor<'de> for Visitor<T> {
         while let Some(key) = map.next_key::<String>()? {
             if key == "kind" {
                 let kind: String = map.next_value()?;
-                if !T::KINDS.contains(&kind.as_str()) {
-                    return Err(at("kind", &format_args!("{}", Unknown(&kind, T::KINDS))));
-                }
                 let members = Members { early: early.into_iter(), value: None, rest: map };
                 return T::read(&kind, de::value::MapAccessDeserializer::new(members));
             }
-            early.push((key, map.next_value::<Value>()?));
+            if early.len() == MOST_EARLY {
+                return Err(de::Error::custom("too many members before `kind`"));
+            }
+            early.push((key, map.next_value::<&RawValue>()?));
         }
         Err(de::Error::missing_field("kind"))
     }
 }
 
-struct Unknown<'a>(&'a str, &'static [&'static str]);
-
-impl fmt::Display for Unknown<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let shown: String = self.0.chars().take(64).collect();
-        write!(f, "unknown kind `{shown}`, expected one of {}", self.1.join(", "))
-    }
-}
-
-/// The buffered members, then those still in the input.
-struct Members<A> {
-    early: std::vec::IntoIter<(String, Value)>,
-    value: Option<(String, Value)>,
+/// The members that came before `kind`, then those still in the input.
+struct Members<'de, A> {
+    early: std::vec::IntoIter<(String, &'de RawValue)>,
+    value: Option<&'de RawValue>,
     rest: A,
 }
 
-impl<'de, A: MapAccess<'de>> MapAccess<'de> for Members<A> {
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Members<'de, A> {
     type Error = A::Error;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
@@ -80,56 +69,17 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Members<A> {
         let Some((key, value)) = self.early.next() else {
             return self.rest.next_key_seed(seed);
         };
-        let read = seed.deserialize(key.clone().into_deserializer());
-        let read = read.map_err(|e: de::value::Error| at(&escape(&key), &e))?;
-        self.value = Some((key, value));
-        Ok(Some(read))
+        self.value = Some(value);
+        seed.deserialize(key.into_deserializer()).map(Some)
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
-        let Some((key, value)) = self.value.take() else {
+        let Some(value) = self.value.take() else {
             return self.rest.next_value_seed(seed);
         };
-        let mut track = serde_path_to_error::Track::new();
-        let tracked = serde_path_to_error::Deserializer::new(Strict(value), &mut track);
-        seed.deserialize(tracked).map_err(|error| {
-            let inner = pointer_of(&track.path());
-            at(&format!("{}{inner}", escape(&key)), &error)
-        })
+        let mut input = serde_json::Deserializer::from_str(value.get());
+        seed.deserialize(Strict(&mut input)).map_err(de::Error::custom)
     }
-}
-
-fn at<E: de::Error>(path: &str, detail: &dyn fmt::Display) -> E {
-    E::custom(format_args!("{MARK}/{path}{MARK}{detail}"))
-}
-
-/// Parts an error's text into the pointer below where it was raised and its words.
-pub fn split_error(text: &str) -> (String, String) {
-    let mut pointer = String::new();
-    let mut words = String::new();
-    for (i, part) in text.split(MARK).enumerate() {
-        if i % 2 == 1 { &mut pointer } else { &mut words }.push_str(part);
-    }
-    (pointer, words)
-}
-
-/// A serde path as a JSON pointer (RFC 6901).
-pub fn pointer_of(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let mut pointer = String::new();
-    for segment in path.iter() {
-        match segment {
-            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
-            Segment::Map { key } => pointer.push_str(&format!("/{}", escape(key))),
-            Segment::Enum { .. } | Segment::Unknown => {}
-        }
-    }
-    pointer
-}
-
-/// A member's name as a token of a JSON pointer.
-pub fn escape(key: &str) -> String {
-    key.replace('~', "~0").replace('/', "~1")
 }
 
 /// Declares a union told apart by `kind`: one struct a variant, schema and errors included.

@@ -14,6 +14,7 @@ use fogbank_core::image::{EncodeError, Format, encode_errors};
 use fogbank_core::request::Quality;
 use fogbank_core::{Interrupted, Progress, Renderer};
 use schemars::SchemaGenerator;
+use serde_json::json;
 
 /// The numbers as JSON, or an image of the errors.
 #[derive(Clone, Copy)]
@@ -75,7 +76,15 @@ pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "How far one airlight estimator is from another: numbers, or an image of the \
         relative errors, float32 or colour-mapped by their logarithm from 0.0001 (darkest) to 1 \
         (brightest).";
-    Operation::post::<CompareRequest>(summary, schemas)
+    let scene = json!({
+        "lights": [{ "kind": "point", "position": [0, 2, 0] }],
+        "fog": { "terms": [{ "kind": "homogeneous", "extinction": 0.1 }] },
+    });
+    let march = json!({ "airlight": "march", "steps": 16 });
+    let example = json!({ "scene": scene, "width": 16, "height": 12, "a": march });
+    Operation::post("compare", "numbers", summary)
+        .takes::<CompareRequest>(schemas)
+        .example("march", "16 steps against the integral itself.", example)
         .json::<Comparison>(schemas)
         .picture(&[Format::Png, Format::Jpeg, Format::WebP, Format::Exr, Format::Npy])
         .header(NUMBERS, "Only with an image: the numbers, as the JSON would say them.")

@@ -9,6 +9,7 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
+use serde_json::json;
 use std::sync::atomic::Ordering;
 
 /// How the process is.
@@ -41,12 +42,16 @@ pub async fn readyz(State(app): State<App>) -> Result<Response, Problem> {
 
 /// The documentation of `/healthz`.
 pub fn healthz_operation(schemas: &mut SchemaGenerator) -> Operation {
-    Operation::get("Whether the process answers.").json::<Health>(schemas)
+    let summary = "Whether the process answers.";
+    let operation = Operation::get("healthz", "health", summary).json::<Health>(schemas);
+    operation.answers(json!({ "status": "ok" }))
 }
 
 /// The documentation of `/readyz`.
 pub fn readyz_operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "Whether the renderer takes jobs.";
-    let operation = Operation::get(summary).json::<Readiness>(schemas);
-    operation.refuses(StatusCode::SERVICE_UNAVAILABLE)
+    Operation::get("readyz", "health", summary)
+        .json::<Readiness>(schemas)
+        .answers(json!({ "status": "ok" }))
+        .refuses(&[StatusCode::SERVICE_UNAVAILABLE])
 }

@@ -88,5 +88,6 @@ pub async fn list(State(app): State<App>) -> Response {
 
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
-    Operation::get("Every bound that a request must respect.").json::<Limits>(schemas)
+    let summary = "Every bound that a request must respect.";
+    Operation::get("get_limits", "service", summary).json::<Limits>(schemas)
 }

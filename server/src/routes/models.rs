@@ -184,7 +184,7 @@ pub async fn list(headers: HeaderMap) -> Response {
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "Every medium, airlight and surface-lighting model.";
-    Operation::get(summary).json::<Models>(schemas)
+    Operation::get("list_models", "service", summary).json::<Models>(schemas)
 }
 
 /// One entry for each variant of the scene's types; an error names one without an origin.

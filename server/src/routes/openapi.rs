@@ -19,5 +19,6 @@ pub async fn document(headers: HeaderMap) -> Response {
 
 /// Its documentation.
 pub fn operation(_schemas: &mut SchemaGenerator) -> Operation {
-    Operation::get("This document.").content(JSON, json!({ "schema": { "type": "object" } }))
+    let operation = Operation::get("get_openapi", "service", "This document.");
+    operation.content(JSON, json!({ "schema": { "type": "object" } }))
 }

@@ -12,6 +12,7 @@ use fogbank_core::Frame;
 use fogbank_core::image::{EncodeError, Format, encode, encode_png16};
 use fogbank_core::request::{OpticalDepthRequest, View};
 use schemars::SchemaGenerator;
+use serde_json::json;
 
 const FORMATS: [Format; 3] = [Format::Npy, Format::Exr, Format::Png];
 
@@ -42,5 +43,11 @@ fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, Enc
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale.";
     let scale = "Only with image/png: the optical depth of white; a pixel p means p / 65535 of it.";
-    Operation::post::<OpticalDepthRequest>(summary, schemas).picture(&FORMATS).header(SCALE, scale)
+    let blob = json!({ "kind": "gaussians", "blobs": [{ "center": [0, 1, 0], "radius": 2 }] });
+    let example = json!({ "scene": { "fog": { "terms": [blob] } }, "width": 64, "height": 48 });
+    Operation::post("optical_depth", "pictures", summary)
+        .takes::<OpticalDepthRequest>(schemas)
+        .example("blob", "One blob of fog.", example)
+        .picture(&FORMATS)
+        .header(SCALE, scale)
 }

@@ -31,5 +31,5 @@ pub async fn list(headers: HeaderMap) -> Result<Response, Problem> {
 
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
-    Operation::get("Scenes to begin with.").json::<Presets>(schemas)
+    Operation::get("list_presets", "service", "Scenes to begin with.").json::<Presets>(schemas)
 }

@@ -11,6 +11,7 @@ use fogbank_core::request::ProbeRequest;
 use fogbank_core::scene::Airlight;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
+use serde_json::json;
 
 /// What a probe found.
 #[derive(Serialize, JsonSchema)]
@@ -33,5 +34,20 @@ pub async fn probe(State(app): State<App>, request: Request) -> Result<Response,
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "Optical depth, transmittance, airlight and radiance along rays, in f64.";
-    Operation::post::<ProbeRequest>(summary, schemas).json::<ProbeAnswer>(schemas)
+    let ray = json!({ "origin": [0, 0, 0], "direction": [0, 0, -1], "max_distance_m": 10 });
+    let fog = json!({ "terms": [{ "kind": "homogeneous", "extinction": 0.1 }] });
+    let answer = json!({
+        "optical_depth": 1.0,
+        "transmittance": 0.36787944117144233,
+        "airlight": [0.0, 0.0, 0.0],
+        "airlight_by_light": [],
+        "ambient": [0.0, 0.0, 0.0],
+        "radiance": [0.0, 0.0, 0.0],
+        "hit": null,
+    });
+    Operation::post("probe", "numbers", summary)
+        .takes::<ProbeRequest>(schemas)
+        .example("ray", "10 m of fog.", json!({ "scene": { "fog": fog }, "rays": [ray] }))
+        .json::<ProbeAnswer>(schemas)
+        .answers(json!({ "rays": [answer] }))
 }

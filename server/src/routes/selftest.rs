@@ -28,5 +28,5 @@ pub async fn selftest(State(app): State<App>) -> Result<Response, Problem> {
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "Each backend's largest difference from the f64 maths, model by model.";
-    Operation::post_without_body(summary).json::<Selftest>(schemas)
+    Operation::post("selftest", "health", summary).json::<Selftest>(schemas)
 }
