@@ -35,11 +35,12 @@ const CLIENT_CONNECTIONS: usize = 256;
 
 /// Connections beyond these, on which health is told and everything else refused. When there are
 /// more, the oldest has to go.
-const SPARE_CONNECTIONS: usize = 128;
+const SPARE_CONNECTIONS: usize = 256;
 
-/// What a spare connection may have at least: health is told within a millisecond. A flood is
-/// accepted no faster than this allows.
-const SPARE_TIME: Duration = Duration::from_millis(50);
+/// What a spare connection may have at least: health is told within a millisecond, but on a busy
+/// machine it takes a while to be the server's turn. Silent clients are accepted no faster than this
+/// allows.
+const SPARE_TIME: Duration = Duration::from_millis(250);
 
 /// Accepts clients and converses with them.
 pub struct Connections {
@@ -154,6 +155,10 @@ async fn converse(
         if let Err(error) = ended {
             tracing::debug!("connection: {error}");
         }
+    }
+    if is_spare {
+        // Nobody is waited for here: the next one may want to know how the process is.
+        return Ok(());
     }
     socket.finish().await
 }
