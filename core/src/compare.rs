@@ -140,6 +140,11 @@ impl CompareRequest {
 }
 
 impl Pair {
+    /// Pixels along a row, and rows of pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// Whether a side is the reference, which takes its time.
     pub fn is_slow(&self) -> bool {
         self.estimators.contains(&Estimator::Scene(Airlight::Reference))

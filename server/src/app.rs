@@ -1,9 +1,11 @@
 //! All routes on one screen, and what they share.
 
+use crate::answer::Answers;
 use crate::cli::ServeArgs;
 use crate::extract::Intake;
 use crate::layers;
 use crate::openapi::Operation;
+use crate::origin::Names;
 use crate::problem::Problem;
 use crate::queue::Queue;
 use crate::routes::{
@@ -18,6 +20,7 @@ use schemars::SchemaGenerator;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
+use tokio::sync::watch;
 
 /// One path of the API: who answers it, and how it is documented.
 pub struct Route {
@@ -47,6 +50,25 @@ pub fn routes() -> Vec<Route> {
     ]
 }
 
+/// Where the server is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+pub enum Phase {
+    /// It takes requests.
+    Serving,
+    /// It takes no new ones, and ends those that it has.
+    Draining,
+    /// What is not answered now never will be.
+    Over,
+}
+
+impl Phase {
+    /// Waits until this phase has begun.
+    pub async fn begun(self, mut told: watch::Receiver<Self>) {
+        // Also when the sender is gone: then nobody else will say so.
+        let _ = told.wait_for(|now| *now >= self).await;
+    }
+}
+
 /// What all requests share.
 #[derive(Clone)]
 pub struct App {
@@ -54,6 +76,12 @@ pub struct App {
     pub queue: Arc<Queue<Renderer>>,
     /// Reads bodies.
     pub intake: Intake,
+    /// What answers may take.
+    pub answers: Answers,
+    /// By which names clients may call it.
+    pub names: Arc<Names>,
+    /// Where it is in its life.
+    pub phase: watch::Receiver<Phase>,
     /// Whether the CPU had to take over from a GPU.
     pub has_fallen_back: Arc<AtomicBool>,
     /// What the command line chose.
@@ -61,11 +89,11 @@ pub struct App {
 }
 
 impl App {
-    /// Starts the renderer.
+    /// Starts the renderer; `phase` will tell when to stop.
     ///
     /// # Errors
     /// When there is no such backend, or the system gives it no thread.
-    pub fn start(options: ServeArgs) -> std::io::Result<Self> {
+    pub fn start(options: ServeArgs, phase: watch::Receiver<Phase>) -> std::io::Result<Self> {
         let renderer = Renderer::open(options.backend.into()).map_err(std::io::Error::other)?;
         renderer.warm_up();
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
@@ -73,6 +101,9 @@ impl App {
             has_fallen_back: renderer.fallback(),
             queue: Arc::new(Queue::start(options.queue, renderer)?),
             intake: Intake::new(parsers),
+            answers: Answers::new(),
+            names: Arc::new(Names::new(&options.listen, &options.allow_host)),
+            phase,
             options: Arc::new(options),
         })
     }
@@ -92,7 +123,7 @@ impl App {
             .chain(pages)
             .fold(Router::new(), |router, (path, handler)| router.route(&path, handler));
         let router = router.fallback(not_found).method_not_allowed_fallback(not_allowed);
-        layers::around(router).with_state(self)
+        layers::around(router, &self).with_state(self)
     }
 }
 

@@ -54,7 +54,10 @@ pub struct ServeArgs {
     /// Directory for what the server stores; it is made if missing. Nothing is stored there yet.
     #[arg(long, env = "FOGBANK_DATA_DIR", value_name = "DIR")]
     pub data_dir: Option<PathBuf>,
-    /// Requests that may wait while one is rendered; one more is answered with 503.
+    /// A further name that clients may call the server by, besides localhost and addresses; may be repeated.
+    #[arg(long, env = "FOGBANK_ALLOW_HOST", value_name = "NAME", value_delimiter = ',')]
+    pub allow_host: Vec<String>,
+    /// Requests that may wait while one is rendered, short and long ones each; one more is answered with 503.
     #[arg(long, env = "FOGBANK_QUEUE", default_value_t = 8, value_name = "N", value_parser = queue)]
     pub queue: usize,
     /// Seconds for an answer, waiting included; then 504.
@@ -65,6 +68,9 @@ pub struct ServeArgs {
     #[arg(long, env = "FOGBANK_REFERENCE_DEADLINE_S", default_value_t = 300.0, value_name = "S",
         value_parser = seconds)]
     pub reference_deadline_s: f64,
+    /// Seconds that requests have to end once the server is asked to stop; then 503 [default: the deadline].
+    #[arg(long, env = "FOGBANK_DRAIN_S", value_name = "S", value_parser = seconds)]
+    pub drain_s: Option<f64>,
 }
 
 /// What renders.

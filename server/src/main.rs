@@ -3,11 +3,17 @@
 mod accept;
 mod answer;
 mod app;
+mod budget;
 mod cli;
 mod commands;
+mod connections;
+mod estimate;
 mod extract;
 mod layers;
+mod log;
 mod openapi;
+mod origin;
+mod pace;
 mod picture;
 mod problem;
 mod queue;

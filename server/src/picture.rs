@@ -2,10 +2,13 @@
 
 use crate::answer::{self, JSON};
 use crate::app::App;
+use crate::budget::{Client, Held};
+use crate::estimate::{lane_of_picture, picture_bytes};
 use crate::problem::Problem;
+use crate::queue::Order;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use fogbank_core::image::EncodeError;
+use fogbank_core::image::{EncodeError, Format};
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
@@ -32,31 +35,38 @@ pub type Timed<T> = (T, Vec<(&'static str, Duration)>);
 /// 503 when there is no place, 504 past the deadline, 500 when something broke.
 pub async fn answer(
     app: &App,
+    client: Client,
     scene: CheckedScene,
     view: View,
+    format: Format,
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
+    let most_bytes = picture_bytes(view.width, view.height, view.layer.channels(), format);
+    let room = app.answers.reserve(client, most_bytes)?;
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
+    let order = Order::new(lane_of_picture(&scene, &view), client, deadline);
     let render = move |renderer: &Renderer, progress: &Progress| {
         let mut frame = renderer.render(&scene, &view, progress)?;
         let timings = std::mem::take(&mut frame.timings);
         Ok((frame, timings))
     };
-    answer_job(app, deadline, view.quality, render, encode).await
+    answer_job(app, order, room, view.quality, render, encode).await
 }
 
-/// Does `work` when its turn comes, encodes what it made and says how long each step took.
+/// Does `work` when its turn comes, encodes what it made into the room that is reserved for it and
+/// says how long each step took.
 ///
 /// # Errors
 /// 503 when there is no place, 504 past the deadline, 500 when something broke.
 pub async fn answer_job<T: Send + 'static>(
     app: &App,
-    deadline: Instant,
+    order: Order,
+    room: Held,
     quality: Quality,
     work: impl FnOnce(&Renderer, &Progress) -> Result<Timed<T>, Interrupted> + Send + 'static,
     encode: impl FnOnce(&T) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let done = app.queue.run(deadline, work).await?;
+    let done = app.queue.run(order, work).await?;
     let ((value, timings), waited) = (done.value, done.waited);
     let finish = move || {
         let began = Instant::now();
@@ -68,7 +78,7 @@ pub async fn answer_job<T: Send + 'static>(
     // The place is held until the file is made: what waits here is bounded as well.
     let (encoded, etag, timing) = tokio::task::spawn_blocking(finish).await??;
     drop(done.place);
-    let mut response = encoded.bytes.into_response();
+    let mut response = answer::kept(encoded.bytes, room).into_response();
     let mut set = |name: HeaderName, value: &str| {
         if let Ok(value) = HeaderValue::from_str(value) {
             response.headers_mut().insert(name, value);

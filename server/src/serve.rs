@@ -1,38 +1,30 @@
 //! `fogbank serve`: from the options to a listening socket, and back down in order.
 
-use crate::app::App;
+use crate::app::{App, Phase};
 use crate::cli::ServeArgs;
 use crate::commands::Failure;
-use crate::socket::Socket;
-use axum::Router;
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
+use crate::connections::Connections;
+use crate::log::Log;
+use crate::socket::SEND_BUFFER_BYTES;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::path::Path;
-use std::pin::pin;
-use std::sync::Arc;
 use std::time::Duration;
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
-use tracing_subscriber::EnvFilter;
+use tokio::net::{TcpListener, TcpSocket};
+use tokio::sync::watch;
 
-/// How long a client may take to send the head of a request, and stay connected without one.
-const HEAD_TIME: Duration = Duration::from_secs(10);
+/// How long the last answers may take to be sent.
+const TIME_TO_SAY_SO: Duration = Duration::from_secs(2);
 
-/// How long requests may take to end once the server is asked to stop.
-const STOP_TIME: Duration = Duration::from_secs(10);
-
-/// Clients at a time; more wait to be accepted.
-const CONNECTIONS: usize = 1024;
+/// Clients that the system keeps waiting until they are accepted.
+const BACKLOG: u32 = 1024;
 
 /// Serves until the process is asked to stop.
 ///
 /// # Errors
 /// When the data directory or the address cannot be used.
 pub fn serve(options: ServeArgs) -> Result<(), Failure> {
-    log_to_stderr();
+    let log = Log::to_stderr().map_err(|error| Failure::new("log", error))?;
     if let Some(directory) = &options.data_dir {
         check_writable(directory).map_err(|error| Failure::new(directory.display(), error))?;
     }
@@ -41,12 +33,8 @@ pub fn serve(options: ServeArgs) -> Result<(), Failure> {
     let result = runtime.block_on(run(options));
     // A body that is still being parsed has nobody to answer to any more.
     runtime.shutdown_background();
+    log.end();
     result
-}
-
-fn log_to_stderr() {
-    let filter = EnvFilter::try_from_env("FOGBANK_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
 }
 
 /// Makes the directory if need be, and writes a file there to see whether that can be done.
@@ -60,13 +48,54 @@ fn check_writable(directory: &Path) -> io::Result<()> {
 async fn run(options: ServeArgs) -> Result<(), Failure> {
     let place = options.listen.clone();
     let failure = |error: io::Error| Failure::new(format_args!("cannot listen on {place}"), error);
-    let listener = TcpListener::bind(&place).await.map_err(failure)?;
+    let listener = listen(&place).await.map_err(failure)?;
     let address = listener.local_addr().map_err(failure)?;
-    let app = App::start(options).map_err(|error| Failure::new("renderer", error))?;
-    let asked_to_stop = stop_signal().map_err(|error| Failure::new("signals", error))?;
+    let drain = Duration::from_secs_f64(options.drain_s.unwrap_or(options.deadline_s));
+    let (phase, phases) = watch::channel(Phase::Serving);
+    let app = App::start(options, phases).map_err(|error| Failure::new("renderer", error))?;
+    let mut signals = Signals::new().map_err(|error| Failure::new("signals", error))?;
     announce(address);
-    accept(listener, app.router(), asked_to_stop).await;
+    let mut connections = Connections::new(app);
+    tokio::select! {
+        () = connections.accept(listener) => {}
+        () = signals.next() => {}
+    }
+    tracing::info!("stopping");
+    phase.send_replace(Phase::Draining);
+    tokio::select! {
+        () = connections.ended() => return Ok(()),
+        () = tokio::time::sleep(drain) => {}
+        // Asked again, it does not wait any longer.
+        () = signals.next() => {}
+    }
+    phase.send_replace(Phase::Over);
+    if tokio::time::timeout(TIME_TO_SAY_SO, connections.ended()).await.is_err() {
+        tracing::warn!("answers were cut off");
+    }
     Ok(())
+}
+
+/// Listens on the first of the addresses that a name stands for and that can be used.
+async fn listen(place: &str) -> io::Result<TcpListener> {
+    let mut result = Err(io::ErrorKind::AddrNotAvailable.into());
+    for address in tokio::net::lookup_host(place).await? {
+        result = listen_on(address);
+        if result.is_ok() {
+            break;
+        }
+    }
+    result
+}
+
+fn listen_on(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // A port that a server has just left may be used again.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    // Every accepted socket gets the same.
+    socket.set_send_buffer_size(SEND_BUFFER_BYTES)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 fn announce(address: SocketAddr) {
@@ -78,94 +107,42 @@ fn announce(address: SocketAddr) {
     let _ = writeln!(out, "listening on http://{address}").and_then(|()| out.flush());
 }
 
-async fn accept(listener: TcpListener, router: Router, asked_to_stop: impl Future<Output = ()>) {
-    let (stop, stopping) = watch::channel(false);
-    let connections = Arc::new(Semaphore::new(CONNECTIONS));
-    let mut asked_to_stop = pin!(asked_to_stop);
-    loop {
-        let client = tokio::select! {
-            client = next_client(&listener, &connections) => client,
-            () = &mut asked_to_stop => break,
-        };
-        let Ok((stream, permit)) = client.inspect_err(|error| tracing::warn!("accept: {error}"))
-        else {
-            // Usually too many open files: wait until some are closed.
-            tokio::time::sleep(Duration::from_millis(50)).await;
-            continue;
-        };
-        let (router, stopping) = (router.clone(), stopping.clone());
-        tokio::spawn(async move {
-            if let Err(error) = converse(stream, router, stopping).await {
-                tracing::debug!("connection: {error}");
-            }
-            drop(permit);
-        });
-    }
-    drop((listener, stopping));
-    tracing::info!("stopping");
-    stop.send_replace(true);
-    // Closed when the last connection has let go of its receiver.
-    if tokio::time::timeout(STOP_TIME, stop.closed()).await.is_err() {
-        tracing::warn!("requests were cut off");
-    }
-}
-
-/// A client, once there is room for one more.
-async fn next_client(
-    listener: &TcpListener,
-    connections: &Arc<Semaphore>,
-) -> io::Result<(TcpStream, OwnedSemaphorePermit)> {
-    let permit = Arc::clone(connections).acquire_owned().await.map_err(io::Error::other)?;
-    let (stream, _) = listener.accept().await?;
-    Ok((stream, permit))
-}
-
-async fn converse(
-    stream: TcpStream,
-    router: Router,
-    mut stopping: watch::Receiver<bool>,
-) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    let mut socket = Socket::new(stream);
-    {
-        let mut http = http1::Builder::new();
-        http.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME);
-        let service = TowerToHyperService::new(router);
-        let mut connection = pin!(http.serve_connection(TokioIo::new(&mut socket), service));
-        let ended = tokio::select! {
-            ended = connection.as_mut() => ended,
-            () = wait_for_stop(&mut stopping) => {
-                connection.as_mut().graceful_shutdown();
-                connection.as_mut().await
-            }
-        };
-        if let Err(error) = ended {
-            tracing::debug!("connection: {error}");
-        }
-    }
-    socket.finish().await
-}
-
-/// Also when the sender is gone: then nobody else will say so.
-async fn wait_for_stop(stopping: &mut watch::Receiver<bool>) {
-    let _ = stopping.wait_for(|stopping| *stopping).await;
-}
-
-/// Ends when the process is asked to stop; it listens from the call on.
+/// What asks the process to stop.
 #[cfg(unix)]
-fn stop_signal() -> io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut terminate, mut interrupt) =
-        (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
-    Ok(async move {
+struct Signals {
+    terminate: tokio::signal::unix::Signal,
+    interrupt: tokio::signal::unix::Signal,
+}
+
+#[cfg(unix)]
+impl Signals {
+    /// Listens from now on.
+    fn new() -> io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        let (terminate, interrupt) =
+            (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
+        Ok(Self { terminate, interrupt })
+    }
+
+    /// Ends at the next one.
+    async fn next(&mut self) {
         tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+            _ = self.interrupt.recv() => {}
         }
-    })
+    }
 }
 
 #[cfg(not(unix))]
-fn stop_signal() -> io::Result<impl Future<Output = ()>> {
-    Ok(async { tokio::signal::ctrl_c().await.unwrap_or_default() })
+struct Signals;
+
+#[cfg(not(unix))]
+impl Signals {
+    fn new() -> io::Result<Self> {
+        Ok(Self)
+    }
+
+    async fn next(&mut self) {
+        tokio::signal::ctrl_c().await.unwrap_or_default();
+    }
 }

@@ -1,15 +1,16 @@
-//! A client's socket, with two manners that hyper does not have.
+//! A client's socket, with three manners that hyper does not have.
 //!
 //! hyper answers what it cannot read as HTTP with a bare status; here such an answer gets the body
 //! that all refusals have. And a socket that is closed while the client still sends is reset by
 //! the system, which may cost the client the answer that it was about to read; so it is emptied
-//! for a moment first.
+//! for a moment first. And a client that does not take its answer is left.
 
+use crate::pace::{Least, Pace};
 use crate::problem::{CONTENT_TYPE, Problem};
 use axum::http::StatusCode;
 use std::io::{self, IoSlice};
 use std::pin::Pin;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::TcpStream;
@@ -20,9 +21,18 @@ const LINGER: Duration = Duration::from_secs(2);
 /// A client that has sent nothing for this long has stopped.
 const SILENCE: Duration = Duration::from_millis(250);
 
+/// The least of an answer that a client must take meanwhile. The system takes bytes off our hands by
+/// the third of its buffer, so that this is two such pieces.
+const LEAST: Least = Least { bytes: 320 << 10, window: Duration::from_secs(10) };
+
+/// Bytes of an answer that the system holds for each client; it takes them twice over for itself.
+pub const SEND_BUFFER_BYTES: u32 = 256 << 10;
+
 /// A socket that hyper borrows for as long as it serves.
 pub struct Socket {
     stream: TcpStream,
+    /// How fast the client takes its answer.
+    pace: Pace,
     /// The status of hyper's own refusal, held back until [`Socket::finish`].
     refused: Option<StatusCode>,
 }
@@ -30,7 +40,7 @@ pub struct Socket {
 impl Socket {
     /// Takes over a client's socket.
     pub fn new(stream: TcpStream) -> Self {
-        Self { stream, refused: None }
+        Self { stream, pace: Pace::new(LEAST), refused: None }
     }
 
     /// Says what is still to be said, and closes without losing it.
@@ -39,7 +49,8 @@ impl Socket {
     /// When the client is gone.
     pub async fn finish(mut self) -> io::Result<()> {
         if let Some(status) = self.refused {
-            self.stream.write_all(&refusal(status)).await?;
+            let refusal = refusal(status);
+            tokio::time::timeout(LINGER, self.stream.write_all(&refusal)).await??;
         }
         self.stream.shutdown().await?;
         let mut rest = [0; 16 << 10];
@@ -53,6 +64,25 @@ impl Socket {
         // Whoever still sends after this time has had the chance to read.
         let _ = tokio::time::timeout(LINGER, drain).await;
         Ok(())
+    }
+
+    /// What a write came to, which must not take too long.
+    fn paced(
+        &mut self,
+        cx: &mut Context<'_>,
+        written: Poll<io::Result<usize>>,
+    ) -> Poll<io::Result<usize>> {
+        match written {
+            Poll::Ready(Ok(bytes)) => self.pace.moved(bytes),
+            Poll::Ready(Err(_)) => {}
+            Poll::Pending => {
+                ready!(self.pace.poll_too_slow(cx));
+                // What the system still holds for this client is dropped with the socket.
+                self.stream.set_zero_linger()?;
+                return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
+            }
+        }
+        written
     }
 
     fn hold_back(&mut self, bytes: &[u8]) -> bool {
@@ -106,7 +136,8 @@ impl AsyncWrite for Socket {
         if self.hold_back(bytes) {
             return Poll::Ready(Ok(bytes.len()));
         }
-        Pin::new(&mut self.stream).poll_write(cx, bytes)
+        let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
+        self.paced(cx, written)
     }
 
     fn poll_write_vectored(
@@ -117,14 +148,17 @@ impl AsyncWrite for Socket {
         if slices.first().is_some_and(|first| self.hold_back(first)) {
             return Poll::Ready(Ok(slices.iter().map(|slice| slice.len()).sum()));
         }
-        Pin::new(&mut self.stream).poll_write_vectored(cx, slices)
+        let written = Pin::new(&mut self.stream).poll_write_vectored(cx, slices);
+        self.paced(cx, written)
     }
 
     fn is_write_vectored(&self) -> bool {
         self.stream.is_write_vectored()
     }
 
+    /// Comes when a whole answer, or a part that was waited for, is written.
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        self.pace.rest();
         Pin::new(&mut self.stream).poll_flush(cx)
     }
 

@@ -1,8 +1,9 @@
 //! The plainest HTTP/1.1 client: one request a connection, every byte in the test's hands.
 
 use serde_json::Value;
+use socket2::{Domain, Socket, Type};
 use std::io::{self, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::Duration;
 
 /// Longer than any answer takes that a test waits for.
@@ -109,7 +110,10 @@ impl Request {
 
     /// The bytes of the request.
     pub fn bytes(&self) -> Vec<u8> {
-        let mut head = format!("{} {} HTTP/1.1\r\nhost: test\r\n", self.method, self.path);
+        let mut head = format!("{} {} HTTP/1.1\r\n", self.method, self.path);
+        if !self.headers.iter().any(|(name, _)| name == "host") {
+            head += "host: localhost\r\n";
+        }
         let length = ("content-length".to_owned(), self.body.len().to_string());
         let close = ("connection".to_owned(), "close".to_owned());
         for (name, value) in self.headers.iter().chain([&length, &close]) {
@@ -126,7 +130,19 @@ impl Request {
 
 /// Opens a connection.
 pub fn connect(address: &str) -> TcpStream {
-    let stream = TcpStream::connect(address).expect("a listening server");
+    patient(TcpStream::connect(address).expect("a listening server"))
+}
+
+/// Opens a connection from another address of this machine.
+pub fn connect_from(source: [u8; 4], address: &str) -> TcpStream {
+    let socket = Socket::new(Domain::IPV4, Type::STREAM, None).expect("a socket");
+    socket.bind(&SocketAddr::from((source, 0)).into()).expect("an address of this machine");
+    let address: SocketAddr = address.parse().expect("an address");
+    socket.connect(&address.into()).expect("a listening server");
+    patient(socket.into())
+}
+
+fn patient(stream: TcpStream) -> TcpStream {
     stream.set_read_timeout(Some(PATIENCE)).expect("a read timeout");
     stream.set_write_timeout(Some(PATIENCE)).expect("a write timeout");
     stream

@@ -62,9 +62,13 @@ impl Server {
 
     /// Starts one with further arguments.
     pub fn with(arguments: &[&str]) -> Self {
-        let mut command = command(&["serve", "--listen", "127.0.0.1:0"]);
-        let command = command.args(arguments).stdout(Stdio::piped());
-        let mut child = command.spawn().expect("the server starts");
+        Self::spawn(command(&[]), arguments)
+    }
+
+    /// Starts one by a command of one's own, with further arguments.
+    pub fn spawn(mut command: Command, arguments: &[&str]) -> Self {
+        command.args(["serve", "--listen", "127.0.0.1:0"]).args(arguments);
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("the server starts");
         let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
         let mut line = String::new();
         stdout.read_line(&mut line).expect("a line of text");
@@ -102,13 +106,24 @@ impl Server {
         self.post("/v1/render", &body).expect_success();
     }
 
-    /// The most memory that it has held so far [bytes]; 0 where the system does not say.
-    pub fn peak_memory_bytes(&self) -> u64 {
+    /// Asks it to stop.
+    pub fn terminate(&self) {
+        let kill = Command::new("kill").arg(self.child.id().to_string()).status();
+        assert!(kill.expect("kill runs").success());
+    }
+
+    /// Waits until it has ended by itself, and answers its exit code.
+    pub fn exit_code(mut self) -> Option<i32> {
+        self.child.wait().expect("it ends").code()
+    }
+
+    /// The most memory that it has had at a time [bytes], as the system counts it.
+    pub fn peak_memory_bytes(&self) -> usize {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()));
-        let status = status.unwrap_or_default();
-        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
-        kilobytes.map_or(0, |kilobytes| kilobytes << 10)
+        let status = status.expect("a system that counts");
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("a peak");
+        let kib = peak.trim().trim_end_matches(" kB").parse::<usize>().expect("a number");
+        kib << 10
     }
 
     /// Stops it and answers what it wrote on standard output after the first line.

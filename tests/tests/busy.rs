@@ -1,13 +1,13 @@
 //! More work than the server can do: it refuses, gives up and forgets, and then goes on.
 
-use fogbank_tests::http::{Request, connect, finish};
+use fogbank_tests::http::{Request, connect, connect_from, finish};
 use fogbank_tests::server::Server;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Minutes of work for one processor.
+/// Minutes of work for one processor, in the lane for long jobs.
 fn slow() -> Value {
     let blob = |i: i32| json!({ "center": [i % 7 - 3, i % 3, i % 5 - 2], "radius": 0.7, "extinction": 0.5 });
     let blobs: Vec<_> = (0..200).map(blob).collect();
@@ -20,6 +20,11 @@ fn slow() -> Value {
 
 fn quick() -> Value {
     json!({ "scene": {}, "width": 8, "height": 8 })
+}
+
+/// As little work, but in the lane for long jobs.
+fn long() -> Value {
+    json!({ "scene": { "fog": { "airlight": "reference" } }, "width": 8, "height": 8 })
 }
 
 /// Sends a request and does not wait for its answer.
@@ -66,27 +71,45 @@ fn until_status(server: &Server, status: u16, body: &Value) {
 
 #[test]
 fn a_full_queue_answers_503_until_who_waited_leaves() {
-    let server = Server::with(&["--queue", "1"]);
-    // One renders, one waits; which ones does not matter.
+    let server = Server::with(&["--queue", "2"]);
+    // One renders, one waits, and one place is left to other clients.
     let (taken, refused) = begin_all(&server, 4, 2);
     for stream in refused {
         finish(stream).expect_problem(503);
     }
-    let refused = server.post("/v1/render", &quick());
+    let mut waiting = connect_from([127, 0, 0, 2], &server.address);
+    waiting.write_all(&Request::post("/v1/render", slow().to_string()).bytes()).unwrap();
+    let refused = server.post("/v1/render", &long());
     let problem = refused.expect_problem(503);
     assert_eq!(problem["errors"], json!([]));
     let seconds: u32 = refused.expect_header("retry-after").parse().unwrap();
     assert!(seconds >= 1);
-    server.post("/v1/probe", &json!({ "scene": {}, "rays": [] })).expect_problem(503);
     server.post("/v1/compare", &quick()).expect_problem(503);
     server.get("/healthz").expect_success();
     server.get("/readyz").expect_success();
     server.get("/v1/presets").expect_success();
-    for stream in taken {
+    for stream in taken.into_iter().chain([waiting]) {
         stream.shutdown(Shutdown::Both).unwrap();
     }
-    until_status(&server, 200, &quick());
+    until_status(&server, 200, &long());
     server.expect_healthy();
+}
+
+#[test]
+fn short_jobs_do_not_wait_for_long_ones() {
+    let server = Server::with(&["--deadline-s", "60"]);
+    let mut comparison = slow();
+    (comparison["width"], comparison["height"]) = (json!(320), json!(256));
+    let streams: Vec<_> = (0..3).map(|_| begin_at(&server, "/v1/compare", &comparison)).collect();
+    for _ in 0..5 {
+        server.post("/v1/render", &quick()).expect_success();
+        let ray = json!({ "origin": [0, 0, 9], "direction": [0, 0, -1] });
+        server.post("/v1/probe", &json!({ "scene": {}, "rays": [ray] })).expect_success();
+    }
+    for stream in &streams {
+        stream.set_nonblocking(true).unwrap();
+        assert!(stream.peek(&mut [0]).is_err(), "the long job was done first");
+    }
 }
 
 #[test]
@@ -128,7 +151,41 @@ fn who_leaves_is_forgotten() {
             stream.shutdown(Shutdown::Both).unwrap();
         }
         // It would take hours if they were still rendered.
-        until_status(&server, 200, &quick());
+        until_status(&server, 200, &long());
     }
     server.expect_healthy();
+}
+
+/// About a second of work in the lane for short jobs.
+fn some_work() -> Value {
+    let mut work = slow();
+    work["scene"]["fog"]["airlight"] = json!("auto");
+    (work["width"], work["height"]) = (json!(1600), json!(1200));
+    work
+}
+
+#[test]
+fn who_was_accepted_is_answered_before_the_server_ends() {
+    let server = Server::with(&["--queue", "16", "--drain-s", "240", "--deadline-s", "240"]);
+    let streams: Vec<_> = (0..8).map(|_| begin(&server, &some_work())).collect();
+    // It connects later, so that the others are connected when it is answered.
+    server.get("/healthz").expect_success();
+    server.terminate();
+    for stream in streams {
+        finish(stream).expect_success();
+    }
+    assert_eq!(server.exit_code(), Some(0));
+}
+
+#[test]
+fn what_is_not_done_in_time_is_answered_when_the_server_ends() {
+    let server = Server::with(&["--drain-s", "0.3"]);
+    let streams: Vec<_> = (0..3).map(|_| begin(&server, &slow())).collect();
+    server.get("/healthz").expect_success();
+    server.terminate();
+    for stream in streams {
+        finish(stream).expect_problem(503);
+    }
+    assert!(TcpStream::connect(&server.address).is_err());
+    assert_eq!(server.exit_code(), Some(0));
 }

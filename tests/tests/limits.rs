@@ -197,6 +197,10 @@ fn one_more_than_the_limit_is_refused_and_the_limit_is_not() {
     let most_triangles = count("triangles");
     assert!(most_blobs >= 200_000);
     let lamp = json!({ "kind": "point" });
+    let lit_rays = |rays: usize| {
+        let scene = json!({ "lights": many(64, lamp.clone()) });
+        json!({ "scene": scene, "rays": many(rays, ray.clone()) })
+    };
     let term = json!({ "kind": "homogeneous", "extinction": 0 });
     let invalid = [
         (surfaces(many(count("surfaces") + 1, json!({}))), "/scene/surfaces"),
@@ -209,6 +213,7 @@ fn one_more_than_the_limit_is_refused_and_the_limit_is_not() {
         (fog(json!([gaussians(most_blobs + 1)])), "/scene/fog/terms/0/blobs"),
         (fog(json!([gaussians(1), gaussians(most_blobs)])), "/scene/fog/terms/1/blobs"),
         (json!({ "scene": {}, "rays": many(count("rays") + 1, ray.clone()) }), "/rays"),
+        (lit_rays(limits["ray_lights"].as_u64().unwrap() as usize / 64 + 1), "/rays"),
     ];
     for (body, pointer) in invalid {
         let problem = server.post("/v1/probe", &body).expect_problem(422);
@@ -378,8 +383,9 @@ fn a_body_past_the_limit_is_a_413_by_its_length_alone_and_while_it_streams() {
     let limit = server.get("/v1/limits").json()["body_bytes"].as_u64().unwrap() as usize;
     assert!(limit >= 32_000_000);
     for path in POSTS {
-        let head =
-            format!("POST {path} HTTP/1.1\r\nhost: test\r\ncontent-type: application/json\r\n");
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n"
+        );
         for length in [limit as u64 + 1, 1 << 40, u64::MAX / 2] {
             let announced = format!("{head}content-length: {length}\r\n\r\n");
             exchange(&server.address, announced.as_bytes()).expect_problem(413);
@@ -408,7 +414,7 @@ fn a_body_past_the_limit_is_a_413_by_its_length_alone_and_while_it_streams() {
 #[test]
 fn a_body_in_chunks_is_read_like_any_other() {
     let server = Server::start();
-    let head = "POST /v1/probe HTTP/1.1\r\nhost: test\r\nconnection: close\r\ntransfer-encoding: chunked\r\n\r\n";
+    let head = "POST /v1/probe HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\nconnection: close\r\ntransfer-encoding: chunked\r\n\r\n";
     let body = "10\r\n{\"scene\": {}, \"r\r\n9\r\nays\": []}\r\n0\r\n\r\n";
     let answer = exchange(&server.address, format!("{head}{body}").as_bytes()).expect_success();
     assert_eq!(answer.json(), json!({ "rays": [] }));
@@ -427,6 +433,10 @@ fn other_media_types_are_a_415() {
         let request = Request::new("POST", "/v1/render").header(name, value);
         server.send(&request).expect_problem(415);
     }
+    // A browser posts JSON without a type for any page that asks it to.
+    let untyped = "POST /v1/render HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n";
+    let untyped = format!("{untyped}content-length: {}\r\n\r\n{body}", body.len());
+    exchange(&server.address, untyped.as_bytes()).expect_problem(415);
     for value in ["application/json", "Application/JSON; charset=utf-8"] {
         let request = Request::post("/v1/render", body.as_str()).header("content-type", value);
         server.send(&request).expect_success();
@@ -472,4 +482,41 @@ fn what_is_not_http_is_answered_with_a_problem_too() {
         answer.expect_problem(status);
     }
     server.expect_healthy();
+}
+
+#[test]
+fn other_names_are_a_421_and_pages_of_other_sites_a_403() {
+    let server = Server::with(&["--allow-host", "fog.example", "--allow-host", "haze.example"]);
+    let get = |host: &str| server.send(&Request::new("GET", "/v1/limits").header("host", host));
+    let own = server.address.as_str();
+    for host in [own, "localhost:1", "10.0.0.1", "[::1]:80", "fog.example", "HAZE.example:443"] {
+        get(host).expect_success();
+    }
+    for host in ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", ""] {
+        let problem = get(host).expect_problem(421);
+        assert!(problem["detail"].as_str().unwrap().contains("--allow-host"), "{problem}");
+    }
+    let body = json!({ "scene": {}, "width": 1, "height": 1 }).to_string();
+    let post = |name: &str, value: &str| {
+        let request = Request::post("/v1/render", body.as_str()).header("host", own);
+        server.send(&request.header(name, value))
+    };
+    for (name, value) in [
+        ("sec-fetch-site", "cross-site"),
+        ("sec-fetch-site", "same-site"),
+        ("origin", "http://evil.example"),
+        ("origin", "http://localhost:1"),
+        ("origin", "null"),
+    ] {
+        post(name, value).expect_problem(403);
+    }
+    // It needs no body, so that nothing else would stop it.
+    let selftest = Request::new("POST", "/v1/selftest").header("origin", "http://evil.example");
+    server.send(&selftest).expect_problem(403);
+    let origin = format!("http://{own}");
+    for (name, value) in [("sec-fetch-site", "same-origin"), ("origin", origin.as_str())] {
+        post(name, value).expect_success();
+    }
+    let policy = server.get("/");
+    assert!(policy.expect_header("content-security-policy").contains("frame-ancestors 'none'"));
 }

@@ -3,9 +3,12 @@
 use crate::accept;
 use crate::answer::JSON;
 use crate::app::App;
+use crate::budget::Client;
+use crate::estimate::picture_bytes;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::queue::{Lane, Order};
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
@@ -45,17 +48,27 @@ impl Form {
 }
 
 /// Compares two estimators on the layer `airlight`.
-pub async fn compare(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+pub async fn compare(
+    State(app): State<App>,
+    client: Client,
+    request: Request,
+) -> Result<Response, Problem> {
     let form = accept::choose(request.headers(), &FORMS, Form::content_type)?;
     let (scene, pair) = app.intake.read(request, CompareRequest::check).await?;
-    let deadline = app.deadline(pair.is_slow());
+    let (width, height) = pair.size();
+    let most_bytes = match form {
+        Form::Numbers => 0,
+        Form::Image(format) => picture_bytes(width, height, 1, format),
+    };
+    let room = app.answers.reserve(client, most_bytes)?;
+    let order = Order::new(Lane::Long, client, app.deadline(pair.is_slow()));
     let work = move |renderer: &Renderer, progress: &Progress| {
         let mut compared = compare::run(renderer, &scene, &pair, progress)?;
         let timings = std::mem::take(&mut compared.timings);
         Ok::<_, Interrupted>((compared, timings))
     };
     let encode = move |compared: &Compared| encode(compared, form);
-    picture::answer_job(&app, deadline, Quality::Full, work, encode).await
+    picture::answer_job(&app, order, room, Quality::Full, work, encode).await
 }
 
 fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {

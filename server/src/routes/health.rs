@@ -1,7 +1,7 @@
 //! `GET /healthz` and `/readyz`: for whoever watches the process.
 
 use crate::answer;
-use crate::app::App;
+use crate::app::{App, Phase};
 use crate::openapi::Operation;
 use crate::problem::Problem;
 use axum::extract::State;
@@ -33,8 +33,16 @@ struct Readiness {
 
 /// The renderer takes jobs.
 pub async fn readyz(State(app): State<App>) -> Result<Response, Problem> {
+    if *app.phase.borrow() != Phase::Serving {
+        return Err(Problem::busy("the server is stopping"));
+    }
     if !app.queue.is_alive() {
         return Err(Problem::busy("the renderer is gone"));
+    }
+    if let Some(overdue) = app.queue.overdue() {
+        let seconds = overdue.as_secs_f64();
+        let detail = format!("a job that was over {seconds:.1} s ago still runs");
+        return Err(Problem::busy(&detail));
     }
     let fallen_back = app.has_fallen_back.load(Ordering::Relaxed);
     Ok(answer::json(&Readiness { status: if fallen_back { "degraded" } else { "ok" } }))
@@ -49,7 +57,7 @@ pub fn healthz_operation(schemas: &mut SchemaGenerator) -> Operation {
 
 /// The documentation of `/readyz`.
 pub fn readyz_operation(schemas: &mut SchemaGenerator) -> Operation {
-    let summary = "Whether the renderer takes jobs.";
+    let summary = "Whether the renderer takes jobs, and stops when they are over.";
     Operation::get("readyz", "health", summary)
         .json::<Readiness>(schemas)
         .answers(json!({ "status": "ok" }))

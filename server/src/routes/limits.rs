@@ -4,6 +4,7 @@ use crate::answer;
 use crate::app::App;
 use crate::extract::BODY_BYTES;
 use crate::openapi::Operation;
+use crate::routes::probe::RAY_LIGHTS;
 use axum::extract::State;
 use axum::response::Response;
 use fogbank_core::scene::limits::{self, COUNTS, Counts, Range};
@@ -15,12 +16,15 @@ use serde::Serialize;
 struct Limits {
     /// Bytes of a request's body.
     body_bytes: usize,
-    /// Requests that may wait while one is rendered; one more is refused with 503.
+    /// Requests that may wait while one is rendered, short and long ones each; one more is refused
+    /// with 503, and one client may hold all places but one.
     queue: usize,
     /// Time for an answer, waiting included [s].
     deadline_s: f64,
     /// The same for `reference`, as a scene's airlight or a side of a comparison [s].
     reference_deadline_s: f64,
+    /// Rays times lights of a probe.
+    ray_lights: usize,
     /// How many of each thing there may be.
     counts: Counts,
     /// Which numbers are accepted.
@@ -81,6 +85,7 @@ pub async fn list(State(app): State<App>) -> Response {
         queue: app.options.queue,
         deadline_s: app.options.deadline_s,
         reference_deadline_s: app.options.reference_deadline_s,
+        ray_lights: RAY_LIGHTS,
         counts: COUNTS,
         ranges: RANGES,
     })

@@ -2,6 +2,7 @@
 
 use crate::accept;
 use crate::app::App;
+use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
@@ -20,11 +21,15 @@ const FORMATS: [Format; 3] = [Format::Npy, Format::Exr, Format::Png];
 const SCALE: &str = "Fog-Optical-Depth-Scale";
 
 /// Renders the map in the format that `Accept` asks for.
-pub async fn render(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+pub async fn render(
+    State(app): State<App>,
+    client: Client,
+    request: Request,
+) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &FORMATS, Format::content_type)?;
     let (scene, view) = app.intake.read(request, OpticalDepthRequest::check).await?;
     let encode = move |frame: &Frame| encode_map(frame, &view, format);
-    picture::answer(&app, scene, view, encode).await
+    picture::answer(&app, client, scene, view, format, encode).await
 }
 
 fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {

@@ -8,7 +8,7 @@ use axum::response::Response;
 use fogbank_core::presets::{self, Preset};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
-use std::sync::LazyLock;
+use tokio::sync::OnceCell;
 
 /// Scenes to begin with.
 #[derive(Serialize, JsonSchema)]
@@ -17,16 +17,21 @@ struct Presets {
     presets: Vec<Preset>,
 }
 
-static PRESETS: LazyLock<Fixed> = LazyLock::new(|| {
-    let presets = Presets { presets: presets::all() };
-    Fixed::new(JSON, serde_json::to_vec(&presets).unwrap_or_default())
-});
+static PRESETS: OnceCell<Fixed> = OnceCell::const_new();
+
+/// Megabytes: made once, when the first client asks, and not on a thread that serves others.
+async fn presets() -> Result<&'static Fixed, Problem> {
+    let make = || {
+        let presets = Presets { presets: presets::all() };
+        Fixed::new(JSON, serde_json::to_vec(&presets).unwrap_or_default()).compressed()
+    };
+    let made = PRESETS.get_or_try_init(|| tokio::task::spawn_blocking(make)).await;
+    made.map_err(Problem::from)
+}
 
 /// All presets with their scenes.
 pub async fn list(headers: HeaderMap) -> Result<Response, Problem> {
-    // Megabytes: made at the first call, and not on a thread that serves others.
-    let presets = tokio::task::spawn_blocking(|| LazyLock::force(&PRESETS)).await?;
-    Ok(presets.answer(&headers))
+    Ok(presets().await?.answer(&headers))
 }
 
 /// Its documentation.

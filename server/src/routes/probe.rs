@@ -2,16 +2,24 @@
 
 use crate::answer;
 use crate::app::App;
+use crate::budget::Client;
+use crate::estimate::{lane_of_probe, probe_bytes};
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::queue::Order;
 use axum::extract::{Request, State};
 use axum::response::Response;
 use fogbank_core::probe::RayAnswer;
 use fogbank_core::request::ProbeRequest;
-use fogbank_core::scene::Airlight;
+use fogbank_core::scene::{self, Airlight};
+use fogbank_core::{Progress, Renderer};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
 use serde_json::json;
+
+/// Rays times lights of a probe: each such pair is three numbers of its answer, which is then about as
+/// large as the largest request.
+pub const RAY_LIGHTS: usize = 1 << 19;
 
 /// What a probe found.
 #[derive(Serialize, JsonSchema)]
@@ -21,14 +29,37 @@ pub struct ProbeAnswer {
 }
 
 /// Evaluates rays in f64.
-pub async fn probe(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+pub async fn probe(
+    State(app): State<App>,
+    client: Client,
+    request: Request,
+) -> Result<Response, Problem> {
+    let headers = request.headers().clone();
     let (scene, rays) = app.intake.read(request, ProbeRequest::check).await?;
+    check_answer(rays.len(), scene.lights.len())?;
+    let room = app.answers.reserve(client, probe_bytes(&scene, rays.len()))?;
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
-    let probe =
-        app.queue.run(deadline, move |renderer, progress| renderer.probe(&scene, &rays, progress));
-    let done = probe.await?;
-    let answer = ProbeAnswer { rays: done.value };
-    Ok(tokio::task::spawn_blocking(move || answer::json(&answer)).await?)
+    let order = Order::new(lane_of_probe(&scene, rays.len()), client, deadline);
+    let work =
+        move |renderer: &Renderer, progress: &Progress| renderer.probe(&scene, &rays, progress);
+    let done = app.queue.run(order, work).await?;
+    let (answer, place) = (ProbeAnswer { rays: done.value }, done.place);
+    let encode = move || answer::large_json(&answer, &headers, room);
+    let response = tokio::task::spawn_blocking(encode).await?;
+    // Held until now: what waits to be written as JSON is bounded as well.
+    drop(place);
+    Ok(response)
+}
+
+/// Refuses what would have too large an answer.
+fn check_answer(rays: usize, lights: usize) -> Result<(), Problem> {
+    let pairs = rays.saturating_mul(lights);
+    if pairs <= RAY_LIGHTS {
+        return Ok(());
+    }
+    let detail =
+        format!("{rays} rays times {lights} lights are more than the limit of {RAY_LIGHTS}");
+    Err(Problem::invalid(vec![scene::Problem { pointer: "/rays".into(), detail }]))
 }
 
 /// Its documentation.

@@ -2,6 +2,7 @@
 
 use crate::accept;
 use crate::app::App;
+use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
@@ -14,7 +15,11 @@ use schemars::SchemaGenerator;
 use serde_json::{Value, json};
 
 /// Renders one layer of a frame in the format that `Accept` asks for.
-pub async fn render(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+pub async fn render(
+    State(app): State<App>,
+    client: Client,
+    request: Request,
+) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &Format::ALL, Format::content_type)?;
     let (scene, mut view) = app.intake.read(request, RenderRequest::check).await?;
     view = view.for_format(format);
@@ -23,7 +28,7 @@ pub async fn render(State(app): State<App>, request: Request) -> Result<Response
         let (content_type, backend) = (format.content_type(), frame.backend);
         Ok(Encoded { bytes, backend, content_type, extra: None })
     };
-    picture::answer(&app, scene, view, encode).await
+    picture::answer(&app, client, scene, view, format, encode).await
 }
 
 /// Its documentation.

@@ -2,8 +2,10 @@
 
 use crate::answer;
 use crate::app::App;
+use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::queue::{Lane, Order};
 use axum::extract::State;
 use axum::response::Response;
 use fogbank_core::selftest::BackendReport;
@@ -19,9 +21,10 @@ pub struct Selftest {
 }
 
 /// Compares them with the f64 maths.
-pub async fn selftest(State(app): State<App>) -> Result<Response, Problem> {
+pub async fn selftest(State(app): State<App>, client: Client) -> Result<Response, Problem> {
     let test = |renderer: &Renderer, progress: &Progress| renderer.selftest(progress);
-    let done = app.queue.run(app.deadline(false), test).await?;
+    let order = Order::new(Lane::Long, client, app.deadline(false));
+    let done = app.queue.run(order, test).await?;
     Ok(answer::json(&Selftest { backends: done.value }))
 }
 

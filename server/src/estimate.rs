@@ -1,0 +1,102 @@
+//! What a request will cost, before anything is computed for it: which lane it takes, and how many
+//! bytes its answer has at most.
+
+use crate::queue::Lane;
+use fogbank_core::image::Format;
+use fogbank_core::request::View;
+use fogbank_core::scene::{Airlight, CheckedScene, Term};
+
+/// Pairs of a pixel and a blob in a picture that looks short. Two processors take about two
+/// seconds for so many.
+const SHORT_PAIRS: u64 = 4_000_000_000;
+
+/// Triples of a ray, a light and a blob in a probe that looks short: single rays in f64 take some
+/// hundred times as long as pixels, which share most of their work.
+const SHORT_TRIPLES: u64 = 10_000_000;
+
+/// The lane of a picture.
+pub fn lane_of_picture(scene: &CheckedScene, view: &View) -> Lane {
+    let pairs = u64::from(view.width) * u64::from(view.height) * (1 + blobs(scene));
+    lane(scene, pairs <= SHORT_PAIRS)
+}
+
+/// The lane of a probe.
+pub fn lane_of_probe(scene: &CheckedScene, rays: usize) -> Lane {
+    let lights = 1 + scene.lights.len() as u64;
+    lane(scene, rays as u64 * lights * (1 + blobs(scene)) <= SHORT_TRIPLES)
+}
+
+fn lane(scene: &CheckedScene, is_small: bool) -> Lane {
+    let is_short = is_small && scene.fog.airlight != Airlight::Reference;
+    if is_short { Lane::Short } else { Lane::Long }
+}
+
+fn blobs(scene: &CheckedScene) -> u64 {
+    let blobs = scene.fog.terms.iter().map(|term| match term {
+        Term::Gaussians(term) if term.enabled => term.blobs.len() as u64,
+        _ => 0,
+    });
+    blobs.sum()
+}
+
+/// The most bytes of a picture's file; its head, and what an 8-bit format may add where nothing can
+/// be compressed, are small beside it.
+pub fn picture_bytes(width: u32, height: u32, channels: usize, format: Format) -> usize {
+    const SCREEN_CHANNELS: usize = 3;
+    let pixel = if format.is_float() { channels * size_of::<f32>() } else { SCREEN_CHANNELS };
+    width as usize * height as usize * pixel
+}
+
+/// The most bytes of a probe's JSON: every number takes up to 24 characters and a comma.
+pub fn probe_bytes(scene: &CheckedScene, rays: usize) -> usize {
+    const NUMBER: usize = 25;
+    /// Names, braces and an id.
+    const WORDS: usize = 512;
+    const NUMBERS: usize = 21;
+    rays * (WORDS + NUMBER * (NUMBERS + 3 * scene.lights.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fogbank_core::request::{ProbeRequest, RenderRequest};
+    use fogbank_core::scene;
+
+    fn lane(json: &str) -> Lane {
+        let request: RenderRequest = scene::read(json.as_bytes()).unwrap();
+        let (scene, view) = request.check().unwrap();
+        lane_of_picture(&scene, &view)
+    }
+
+    #[test]
+    fn the_reference_and_huge_pictures_look_long() {
+        assert_eq!(lane(r#"{"scene": {}, "width": 8, "height": 8}"#), Lane::Short);
+        assert_eq!(lane(r#"{"scene": {}, "width": 8192, "height": 1024}"#), Lane::Short);
+        let reference = r#"{"scene": {"fog": {"airlight": "reference"}}, "width": 8, "height": 8}"#;
+        assert_eq!(lane(reference), Lane::Long);
+        let blobs = vec!["{}"; 1000].join(",");
+        let term = format!(r#"{{"kind": "gaussians", "blobs": [{blobs}]}}"#);
+        let huge = format!(
+            r#"{{"scene": {{"fog": {{"terms": [{term}]}}}}, "width": 8192, "height": 1024}}"#
+        );
+        assert_eq!(lane(&huge), Lane::Long);
+    }
+
+    #[test]
+    fn rays_times_lights_times_blobs_say_how_long_a_probe_looks() {
+        let lights = vec![r#"{"kind": "point"}"#; 8].join(",");
+        let json = format!(r#"{{"scene": {{"lights": [{lights}]}}, "rays": []}}"#);
+        let request: ProbeRequest = scene::read(json.as_bytes()).unwrap();
+        let (scene, _) = request.check().unwrap();
+        assert_eq!(lane_of_probe(&scene, 1000), Lane::Short);
+        assert_eq!(lane_of_probe(&scene, 10_000_000), Lane::Long);
+        assert_eq!(probe_bytes(&scene, 1), 512 + 25 * (21 + 24));
+    }
+
+    #[test]
+    fn a_float_picture_is_as_large_as_its_numbers() {
+        assert_eq!(picture_bytes(8, 4, 3, Format::Npy), 8 * 4 * 12);
+        assert_eq!(picture_bytes(8, 4, 1, Format::Exr), 8 * 4 * 4);
+        assert_eq!(picture_bytes(8, 4, 1, Format::Png), 8 * 4 * 3);
+    }
+}
