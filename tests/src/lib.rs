@@ -5,6 +5,7 @@ pub mod cases;
 pub mod decode;
 pub mod errors;
 pub mod http;
+pub mod licences;
 pub mod mutation;
 pub mod quadrature;
 pub mod server;
