@@ -4,7 +4,7 @@ use crate::cpu::Cpu;
 use crate::gpu::{Failure, Gpu, Wanted};
 use crate::probe::RayAnswer;
 use crate::request::{Layer, ProbeRay, View};
-use crate::scene::CheckedScene;
+use crate::scene::{Camera, CheckedScene};
 use crate::selftest::{self, BackendReport};
 use std::collections::VecDeque;
 use std::fmt;
@@ -21,6 +21,8 @@ pub struct Frame {
     pub height: usize,
     /// What the numbers are.
     pub layer: Layer,
+    /// Where it is seen from.
+    pub camera: Camera,
     /// `[height][width][layer.channels()]`, top row first; empty if the frame is `shown`.
     pub pixels: Vec<f32>,
     /// What a screen shows, `[height][width][3]` in sRGB, where the backend has formed that.

@@ -1,23 +1,32 @@
 //! The command line.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fogbank_core::compare::ComparedAirlight;
 use fogbank_core::image::Format;
 use fogbank_core::request::{Layer, Quality, Tonemap};
-use fogbank_core::scene::{self, Vec3};
-use schemars::JsonSchema;
+use fogbank_core::scene::{Airlight, Vec3};
+use schemars::{JsonSchema, schema_for};
 use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::fs::OpenOptions;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Previews of fog by published closed forms: a server with a page, and a command line.
 ///
 /// Without a command it serves. Every option can also be given as an environment variable.
 #[derive(Parser)]
-#[command(name = "fogbank", version)]
+#[command(name = "fogbank", version, args_conflicts_with_subcommands = true)]
+#[command(after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 the scene or a value is \
+    invalid, 4 there is no such device, 5 the deadline passed.")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Option<Command>,
+    /// Options of `serve`, which need not be named.
+    #[command(flatten)]
+    pub serve: ServeArgs,
 }
 
 /// What to do.
@@ -103,21 +112,28 @@ pub struct RenderArgs {
     /// What renders.
     #[arg(long, env = "FOGBANK_BACKEND", value_enum, default_value_t)]
     pub backend: Backend,
-    /// Where to write; the ending says the format: .png .jpg .jpeg .webp .exr .npy
-    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", value_parser = output)]
-    pub out: Output,
+    /// Where to write; the ending says the format: .png .jpg .jpeg .webp .exr .npy; `-` is
+    /// standard output and needs --format.
+    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", requires_if("-", "format"))]
+    pub out: PathBuf,
+    /// The format, whatever the ending says.
+    #[arg(long, env = "FOGBANK_FORMAT", value_parser = format_names())]
+    pub format: Option<Format>,
     /// Pixels along a row.
     #[arg(long, env = "FOGBANK_WIDTH", default_value_t = 960)]
     pub width: u32,
     /// Rows of pixels.
     #[arg(long, env = "FOGBANK_HEIGHT", default_value_t = 540)]
     pub height: u32,
-    /// draft or full.
-    #[arg(long, env = "FOGBANK_QUALITY", default_value = "full", value_parser = named::<Quality>)]
+    /// How much work the picture may cost.
+    #[arg(long, env = "FOGBANK_QUALITY", default_value = "full", value_parser = words::<Quality>())]
     pub quality: Quality,
-    /// beauty, airlight, surface, optical_depth, transmittance, depth or normal.
-    #[arg(long, env = "FOGBANK_LAYER", default_value = "beauty", value_parser = named::<Layer>)]
+    /// Which image of the frame.
+    #[arg(long, env = "FOGBANK_LAYER", default_value = "beauty", value_parser = words::<Layer>())]
     pub layer: Layer,
+    /// The airlight estimator, instead of the scene's own.
+    #[arg(long, env = "FOGBANK_AIRLIGHT", value_parser = words::<Airlight>())]
+    pub airlight: Option<Airlight>,
     /// Time of the picture, instead of the scene's own [s].
     #[arg(long, env = "FOGBANK_TIME", value_name = "S", allow_negative_numbers = true)]
     pub time: Option<f64>,
@@ -133,9 +149,12 @@ pub struct RenderArgs {
         allow_negative_numbers = true
     )]
     pub exposure_ev: f64,
-    /// agx, reinhard or none.
-    #[arg(long, env = "FOGBANK_TONEMAP", default_value = "agx", value_parser = named::<Tonemap>)]
+    /// How radiance is brought onto a screen.
+    #[arg(long, env = "FOGBANK_TONEMAP", default_value = "agx", value_parser = words::<Tonemap>())]
     pub tonemap: Tonemap,
+    /// Seconds it may take [default: any].
+    #[arg(long, env = "FOGBANK_DEADLINE_S", value_name = "S", value_parser = seconds)]
+    pub deadline_s: Option<f64>,
 }
 
 /// Options of `probe`.
@@ -170,12 +189,13 @@ pub struct CompareArgs {
     /// Rows of pixels.
     #[arg(long, env = "FOGBANK_HEIGHT", default_value_t = 180)]
     pub height: u32,
-    /// What is judged: auto, none, sun2005, fogshop2007, reference or march.
-    #[arg(long, env = "FOGBANK_A", default_value = "auto", value_parser = named::<ComparedAirlight>)]
+    /// What is judged.
+    #[arg(long, env = "FOGBANK_A", default_value = "auto",
+        value_parser = words::<ComparedAirlight>())]
     pub a: ComparedAirlight,
     /// What it is judged by.
     #[arg(long, env = "FOGBANK_B", default_value = "reference",
-        value_parser = named::<ComparedAirlight>)]
+        value_parser = words::<ComparedAirlight>())]
     pub b: ComparedAirlight,
     /// Steps of a, for march.
     #[arg(long, env = "FOGBANK_A_STEPS", value_name = "N")]
@@ -184,39 +204,89 @@ pub struct CompareArgs {
     #[arg(long, env = "FOGBANK_B_STEPS", value_name = "N")]
     pub b_steps: Option<u32>,
     /// Where to write an image of the errors; the ending says the format, as in `render`.
-    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE", value_parser = output)]
-    pub out: Option<Output>,
+    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Seconds it may take [default: any].
+    #[arg(long, env = "FOGBANK_DEADLINE_S", value_name = "S", value_parser = seconds)]
+    pub deadline_s: Option<f64>,
 }
 
-/// A file to write, and the format that its ending asks for.
+/// A picture to write: where, and in which format.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// Where.
+    /// Where; `-` is standard output.
     pub path: PathBuf,
     /// In which format.
     pub format: Format,
 }
 
-fn output(text: &str) -> Result<Output, String> {
-    let path = Path::new(text);
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let format = Format::ALL.into_iter().find(|f| f.extensions().contains(&ending.as_str()));
-    let format = format.ok_or_else(|| {
-        let known: Vec<_> = Format::ALL.iter().flat_map(|f| f.extensions()).copied().collect();
-        format!("the ending must be one of {}", known.join(", "))
-    })?;
-    Ok(Output { path: path.to_owned(), format })
+impl Output {
+    /// The format is the one asked for, else the one that the ending names.
+    ///
+    /// # Errors
+    /// When there is no such ending.
+    pub fn new(path: PathBuf, format: Option<Format>) -> Result<Self, String> {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let named = Format::ALL.into_iter().find(|f| f.extensions().contains(&ending.as_str()));
+        let format = format.or(named).ok_or_else(|| {
+            let known: Vec<_> = Format::ALL.iter().flat_map(|f| f.extensions()).copied().collect();
+            format!("the ending must be one of {}", known.join(", "))
+        })?;
+        Ok(Self { path, format })
+    }
+
+    /// Whether it goes to standard output.
+    pub fn is_standard(&self) -> bool {
+        self.path == Path::new("-")
+    }
+
+    /// Finds out before anything is rendered whether the file can be written; leaves none behind.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    pub fn check(&self) -> io::Result<()> {
+        if self.is_standard() {
+            return Ok(());
+        }
+        match OpenOptions::new().write(true).create_new(true).open(&self.path) {
+            Ok(_) => std::fs::remove_file(&self.path),
+            // What is no file, a pipe perhaps, would notice being opened.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                let there = std::fs::metadata(&self.path)?;
+                if there.is_file() || there.is_dir() {
+                    OpenOptions::new().write(true).open(&self.path)?;
+                }
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    }
 }
 
-/// A word of the API: the command line takes the same ones.
-fn named<T: DeserializeOwned + JsonSchema>(word: &str) -> Result<T, String> {
-    let json = serde_json::Value::from(word).to_string();
-    scene::read(json.as_bytes()).map_err(|error| match error {
-        scene::ReadError::Invalid(problems) => {
-            problems.into_iter().next().map_or_else(String::new, |problem| problem.detail)
-        }
-        scene::ReadError::NotJson(detail) => detail,
+/// Formats by the endings of their files.
+fn format_names() -> impl TypedValueParser<Value = Format> {
+    let names = Format::ALL.iter().flat_map(|format| format.extensions());
+    PossibleValuesParser::new(names).try_map(|name| {
+        let format = Format::ALL.into_iter().find(|f| f.extensions().contains(&name.as_str()));
+        format.ok_or("no such format")
     })
+}
+
+/// The words that the API has for a choice, with what they mean there.
+fn words<T>() -> impl TypedValueParser<Value = T>
+where
+    T: DeserializeOwned + JsonSchema + Clone + Send + Sync + 'static,
+{
+    let schema = schema_for!(T);
+    let choices = schema.get("oneOf").and_then(Value::as_array).into_iter().flatten();
+    let value = |choice: &Value| {
+        // Made once while the program runs.
+        let word: &'static str = choice["const"].as_str()?.to_owned().leak();
+        let meaning = choice["description"].as_str().unwrap_or_default().to_owned();
+        Some(PossibleValue::new(word).help(meaning))
+    };
+    let values: Vec<_> = choices.filter_map(value).collect();
+    PossibleValuesParser::new(values).try_map(|word| serde_json::from_value::<T>(word.into()))
 }
 
 fn vec3(text: &str) -> Result<Vec3, String> {
@@ -245,10 +315,27 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    fn render(arguments: &[&str]) -> Result<RenderArgs, clap::Error> {
+        let all = [&["fogbank", "render", "-", "-o", "a.png"], arguments].concat();
+        match Cli::try_parse_from(all)?.command {
+            Some(Command::Render(args)) => Ok(args),
+            _ => panic!("it is render"),
+        }
+    }
+
     #[test]
     fn the_words_of_the_api_are_taken() {
-        assert_eq!(named::<Layer>("optical_depth"), Ok(Layer::OpticalDepth));
-        assert!(named::<Layer>("fog").unwrap_err().contains("expected one of"));
+        let args = render(&["--layer=optical_depth", "--airlight=sun2005"]).unwrap();
+        assert_eq!((args.layer, args.airlight), (Layer::OpticalDepth, Some(Airlight::Sun2005)));
+        let Err(error) = render(&["--layer=fog"]) else { panic!("there is no such layer") };
+        assert!(error.to_string().contains("optical_depth"));
+    }
+
+    #[test]
+    fn options_without_a_command_are_those_of_serve() {
+        let cli = Cli::try_parse_from(["fogbank", "--queue=3"]).unwrap();
+        assert!(cli.command.is_none());
+        assert_eq!(cli.serve.queue, 3);
     }
 
     #[test]
@@ -261,7 +348,9 @@ mod tests {
 
     #[test]
     fn the_ending_says_the_format() {
-        assert_eq!(output("a/b.JPEG").unwrap().format, Format::Jpeg);
-        assert!(output("a.gif").unwrap_err().contains("png, jpg"));
+        let output = |path: &str, format| Output::new(path.into(), format);
+        assert_eq!(output("a/b.JPEG", None).unwrap().format, Format::Jpeg);
+        assert_eq!(output("a.png", Some(Format::Exr)).unwrap().format, Format::Exr);
+        assert!(output("a.gif", None).unwrap_err().contains("png, jpg"));
     }
 }

@@ -4,7 +4,7 @@ use crate::cli::{Backend, CompareArgs, Output, ProbeArgs, RenderArgs};
 use crate::routes::probe::ProbeAnswer;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::gpu::{self, Gpu};
-use fogbank_core::image::{encode, encode_errors};
+use fogbank_core::image::{EncodeError, Format, encode, encode_errors};
 use fogbank_core::request::{ProbeRequest, RayRequest, RenderRequest};
 use fogbank_core::scene::{self, Problem, ReadError, Scene};
 use fogbank_core::{Interrupted, Progress, Renderer, presets};
@@ -12,22 +12,43 @@ use indicatif::{ProgressBar, ProgressStyle};
 use schemars::schema_for;
 use serde::Serialize;
 use std::io::{self, Read, Write};
-use std::time::Duration;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-/// Why a command failed: one line a reason.
+/// Why a command failed.
 #[derive(Debug)]
-pub struct Failure(pub Vec<String>);
+pub struct Failure {
+    /// One line a reason.
+    pub lines: Vec<String>,
+    /// What kind of reason.
+    pub cause: Cause,
+}
+
+/// What a script can tell failures apart by: the exit codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// A file, an address, standard output.
+    Other = 1,
+    /// The arguments, as clap has it.
+    Usage = 2,
+    /// The scene, or the value of an option.
+    Invalid = 3,
+    /// There is no such device.
+    Device = 4,
+    /// It took too long.
+    Deadline = 5,
+}
 
 impl Failure {
     /// A single reason.
     pub fn new(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Self {
-        Self(vec![format!("{what}: {why}")])
+        Self { lines: vec![format!("{what}: {why}")], cause: Cause::Other }
     }
 }
 
 impl From<Interrupted> for Failure {
-    fn from(interrupted: Interrupted) -> Self {
-        Self(vec![interrupted.to_string()])
+    fn from(_: Interrupted) -> Self {
+        Self { cause: Cause::Deadline, ..Self::new("--deadline-s", "the time is over") }
     }
 }
 
@@ -36,9 +57,10 @@ impl From<Interrupted> for Failure {
 /// # Errors
 /// What is wrong with the scene, an option or the file.
 pub fn render(args: RenderArgs) -> Result<(), Failure> {
-    let Output { path, format } = args.out;
+    let output = place(args.out, args.format)?;
     let mut scene = read_scene(&args.scene)?;
     scene.time_s = args.time.unwrap_or(scene.time_s);
+    scene.fog.airlight = args.airlight.unwrap_or(scene.fog.airlight);
     let request = RenderRequest {
         scene,
         width: args.width,
@@ -49,17 +71,44 @@ pub fn render(args: RenderArgs) -> Result<(), Failure> {
         exposure_ev: args.exposure_ev,
         tonemap: args.tonemap,
     };
-    let (scene, mut view) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
-    view = view.for_format(format);
+    let checked = request.check().map_err(|mut problems| {
+        if args.airlight.is_some() {
+            let of_option = problems.iter_mut().filter(|p| p.pointer == "/scene/fog/airlight");
+            of_option.for_each(|problem| problem.pointer = "/airlight".into());
+        }
+        invalid(&args.scene, problems)
+    });
+    let (scene, mut view) = checked?;
+    view = view.for_format(output.format);
     let renderer = open(args.backend)?;
-    let frame = watched(|progress| renderer.render(&scene, &view, progress))?;
-    let name = path.display();
-    let file = encode(&frame, &view, format).map_err(|error| Failure::new(&name, error))?;
-    std::fs::write(&path, file).map_err(|error| Failure::new(&name, error))
+    let frame = watched(args.deadline_s, |progress| renderer.render(&scene, &view, progress))?;
+    write(&output, encode(&frame, &view, output.format))
 }
 
 fn open(backend: Backend) -> Result<Renderer, Failure> {
-    Renderer::open(backend.into()).map_err(|failure| Failure::new("--backend gpu", failure))
+    let failed =
+        |failure| Failure { cause: Cause::Device, ..Failure::new("--backend gpu", failure) };
+    Renderer::open(backend.into()).map_err(failed)
+}
+
+/// Where a picture goes, checked before it is made.
+fn place(path: PathBuf, format: Option<Format>) -> Result<Output, Failure> {
+    let name = path.display().to_string();
+    let output = Output::new(path, format).map_err(|why| Failure {
+        cause: Cause::Usage,
+        ..Failure::new(format_args!("--out: {name}"), why)
+    })?;
+    output.check().map_err(|error| Failure::new(&name, error))?;
+    Ok(output)
+}
+
+fn write(output: &Output, file: Result<Vec<u8>, EncodeError>) -> Result<(), Failure> {
+    let name = output.path.display();
+    let file = file.map_err(|error| Failure::new(&name, error))?;
+    if output.is_standard() {
+        return written(io::stdout().lock().write_all(&file));
+    }
+    std::fs::write(&output.path, file).map_err(|error| Failure::new(&name, error))
 }
 
 /// Prints the numbers along one ray, which are always those of the f64 maths.
@@ -75,7 +124,7 @@ pub fn probe(args: ProbeArgs) -> Result<(), Failure> {
     let request = ProbeRequest { scene: read_scene(&args.scene)?, rays: vec![ray] };
     let (scene, rays) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
     let renderer = Renderer::default();
-    let rays = watched(|progress| renderer.probe(&scene, &rays, progress))?;
+    let rays = watched(None, |progress| renderer.probe(&scene, &rays, progress))?;
     print(&ProbeAnswer { rays })
 }
 
@@ -84,7 +133,8 @@ pub fn probe(args: ProbeArgs) -> Result<(), Failure> {
 /// # Errors
 /// What is wrong with the scene, an option or the file.
 pub fn compare(args: CompareArgs) -> Result<(), Failure> {
-    let CompareArgs { width, height, out, .. } = args;
+    let CompareArgs { width, height, out, deadline_s, .. } = args;
+    let output = out.map(|path| place(path, None)).transpose()?;
     let request = CompareRequest {
         scene: read_scene(&args.scene)?,
         width,
@@ -94,12 +144,10 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     };
     let (scene, pair) = request.check().map_err(|problems| invalid(&args.scene, problems))?;
     let renderer = open(args.backend)?;
-    let compared = watched(|progress| compare::run(&renderer, &scene, &pair, progress))?;
-    if let Some(Output { path, format }) = out {
-        let name = path.display();
-        let file = encode_errors(&compared.errors, format);
-        let file = file.map_err(|error| Failure::new(&name, error))?;
-        std::fs::write(&path, file).map_err(|error| Failure::new(&name, error))?;
+    let compared =
+        watched(deadline_s, |progress| compare::run(&renderer, &scene, &pair, progress))?;
+    if let Some(output) = output {
+        write(&output, encode_errors(&compared.errors, output.format))?;
     }
     print(&compared.comparison)
 }
@@ -110,10 +158,10 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
 /// # Errors
 /// When they cannot be written.
 pub fn backends() -> Result<(), Failure> {
-    let mut reports = watched(|progress| Renderer::default().selftest(progress))?;
+    let mut reports = watched(None, |progress| Renderer::default().selftest(progress))?;
     for adapter in gpu::device::adapters() {
         let Ok(renderer) = Renderer::on(move || Gpu::of(&adapter)) else { continue };
-        reports.extend(watched(|progress| renderer.selftest(progress))?.pop());
+        reports.extend(watched(None, |progress| renderer.selftest(progress))?.pop());
     }
     print(&reports)
 }
@@ -128,11 +176,15 @@ pub fn schema() -> Result<(), Failure> {
 
 fn print(value: &impl Serialize) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
-    match written.and_then(|()| writeln!(out)) {
+    let json = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
+    written(json.and_then(|()| writeln!(out)))
+}
+
+fn written(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
         // Whoever read it, `head` perhaps, has had enough.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|error| Failure::new("standard output", error)),
+        result => result.map_err(|error| Failure::new("standard output", error)),
     }
 }
 
@@ -151,9 +203,13 @@ fn read_scene(name: &str) -> Result<Scene, Failure> {
         "-" => io::stdin().lock().read_to_end(&mut json).map(drop),
         file => std::fs::read(file).map(|bytes| json = bytes),
     };
-    read.map_err(|error| Failure::new(name, error))?;
+    read.map_err(|error| {
+        let is_preset = presets::all().iter().any(|preset| preset.name == name);
+        let hint = if is_preset { format!("; the preset is preset:{name}") } else { String::new() };
+        Failure::new(name, format_args!("{error}{hint}"))
+    })?;
     scene::read(&json).map_err(|error| match error {
-        ReadError::NotJson(_) => Failure::new(name, error),
+        ReadError::NotJson(_) => Failure { cause: Cause::Invalid, ..Failure::new(name, error) },
         ReadError::Invalid(problems) => invalid_scene(name, problems),
     })
 }
@@ -164,7 +220,7 @@ fn invalid_scene(name: &str, problems: Vec<Problem>) -> Failure {
             "" => format!("{name}: {detail}"),
             _ => format!("{name}: {pointer}: {detail}"),
         });
-    Failure(lines.collect())
+    Failure { lines: lines.collect(), cause: Cause::Invalid }
 }
 
 /// What a check of the whole request found: pointers into the file, or the option at fault.
@@ -185,17 +241,19 @@ fn invalid(name: &str, problems: Vec<Problem>) -> Failure {
         };
         format!("--{}: {detail}", member.replace('_', "-"))
     };
-    Failure(problems.into_iter().map(line).collect())
+    Failure { lines: problems.into_iter().map(line).collect(), cause: Cause::Invalid }
 }
 
 /// Runs `work`, with a progress bar on a terminal's standard error when it takes long.
 fn watched<T: Send>(
+    deadline_s: Option<f64>,
     work: impl FnOnce(&Progress) -> Result<T, Interrupted> + Send,
 ) -> Result<T, Interrupted> {
     const PATIENCE: Duration = Duration::from_secs(1);
     const TICK: Duration = Duration::from_millis(100);
     const STEPS: f64 = 1000.0;
-    let progress = Progress::default();
+    let deadline = deadline_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    let progress = deadline.map(Progress::until).unwrap_or_default();
     std::thread::scope(|scope| {
         let (finished, end) = std::sync::mpsc::channel::<()>();
         scope.spawn({
@@ -230,7 +288,7 @@ mod tests {
     fn lines(pointer: &str) -> Vec<String> {
         let (pointer, code) = (pointer.into(), Code::OutOfRange);
         let problem = Problem { pointer, code, detail: "no".into() };
-        invalid("a.json", vec![problem]).0
+        invalid("a.json", vec![problem]).lines
     }
 
     #[test]
@@ -248,6 +306,6 @@ mod tests {
     #[test]
     fn an_unknown_preset_lists_the_known_ones() {
         let failure = read_scene("preset:nothing").unwrap_err();
-        assert!(failure.0[0].starts_with("preset:nothing: the presets are "));
+        assert!(failure.lines[0].starts_with("preset:nothing: the presets are "));
     }
 }

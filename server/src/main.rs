@@ -19,6 +19,7 @@ mod problem;
 mod queue;
 mod routes;
 mod serve;
+mod session;
 mod socket;
 
 use clap::Parser;
@@ -28,24 +29,25 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    // Without a command it serves; parsed again, so that the environment counts as well.
-    let command = cli.command.or_else(|| Cli::parse_from(["fogbank", "serve"]).command);
+    let command = cli.command.unwrap_or(Command::Serve(cli.serve));
+    if !matches!(command, Command::Probe(_) | Command::Schema) {
+        session::leave_wayland_alone();
+    }
     let result = match command {
-        Some(Command::Render(args)) => commands::render(args),
-        Some(Command::Probe(args)) => commands::probe(args),
-        Some(Command::Compare(args)) => commands::compare(args),
-        Some(Command::Backends) => commands::backends(),
-        Some(Command::Schema) => commands::schema(),
-        Some(Command::Serve(args)) => serve::serve(args),
-        None => Ok(()),
+        Command::Render(args) => commands::render(args),
+        Command::Probe(args) => commands::probe(args),
+        Command::Compare(args) => commands::compare(args),
+        Command::Backends => commands::backends(),
+        Command::Schema => commands::schema(),
+        Command::Serve(args) => serve::serve(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            for line in failure.0 {
+            for line in failure.lines {
                 let _ = writeln!(std::io::stderr(), "fogbank: {line}");
             }
-            ExitCode::FAILURE
+            ExitCode::from(failure.cause as u8)
         }
     }
 }

@@ -1,9 +1,12 @@
 // The mean of all samples: as it is, or brought onto a screen (SCREEN) by exposure, tone map and
 // the sRGB transfer function. AGX is Troy Sobotka's: primaries drawn inwards, a logarithmic range of
 // 16.5 stops around middle grey, a sigmoid as a fitted polynomial, primaries drawn out again; its
-// result is display-encoded. REINHARD is L/(1 + L); without either radiance is clipped at 1.
+// result is display-encoded, and its brightest light is made white. REINHARD is L/(1 + L); without
+// either radiance is clipped at 1.
 //
-// Twin: core/src/image/display.rs.
+// Levels are rounded here, not by the target, for their thresholds differ from pixel to pixel.
+//
+// Twins: core/src/image/display.rs and dither.rs.
 
 #import fogbank::num
 #import fogbank::view
@@ -22,13 +25,20 @@ fn show(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let sum = textureLoad(sums, vec2<u32>(at.xy), 0);
     let mean = sum.rgb / sum.w;
 #ifdef SCREEN
-    return vec4<f32>(on_screen(mean * frame.optics.w), 1.0);
+    let shown = on_screen(mean * frame.optics.w);
+    return vec4<f32>(floor(shown * 255.0 + threshold(vec2<u32>(at.xy))) / 255.0, 1.0);
 #else
     return vec4<f32>(mean, 1.0);
 #endif
 }
 
 #ifdef SCREEN
+/// Where the levels of a pixel round up, in (0, 1).
+fn threshold(pixel: vec2<u32>) -> f32 {
+    let place = pixel.x * 0xc13fa9a9u + pixel.y * 0x91e10da6u;
+    return (f32(place >> 24u) + 0.5) / 256.0;
+}
+
 fn on_screen(rgb: vec3<f32>) -> vec3<f32> {
 #ifdef AGX
     return agx(rgb);
@@ -48,6 +58,8 @@ fn srgb(linear: vec3<f32>) -> vec3<f32> {
 
 const LOWEST_EV: f32 = -12.47393;
 const HIGHEST_EV: f32 = 4.026069;
+/// What the fit makes of the brightest light, in its darkest channel.
+const WHITE: f32 = 0.9984;
 
 fn agx(rgb: vec3<f32>) -> vec3<f32> {
     // By columns.
@@ -63,7 +75,7 @@ fn agx(rgb: vec3<f32>) -> vec3<f32> {
     );
     let stops = log2(max(inset * rgb, vec3<f32>(1e-10)));
     let place = (stops - LOWEST_EV) / (HIGHEST_EV - LOWEST_EV);
-    let shown = outset * sigmoid(clamp(place, vec3<f32>(0.0), vec3<f32>(1.0)));
+    let shown = outset * sigmoid(clamp(place, vec3<f32>(0.0), vec3<f32>(1.0))) / WHITE;
     return clamp(shown, vec3<f32>(0.0), vec3<f32>(1.0));
 }
 

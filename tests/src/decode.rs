@@ -65,7 +65,7 @@ pub fn npy(bytes: &[u8]) -> Picture {
     Picture { width, height, channels, numbers }
 }
 
-/// A one-layer OpenEXR file of 32-bit floats, with R, G and B or a single channel.
+/// A one-part OpenEXR file of 32-bit floats: colours, vectors or single numbers, of any layer.
 pub fn exr(bytes: &[u8]) -> Picture {
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
     let image = reader.first_valid_layer().all_attributes();
@@ -73,11 +73,9 @@ pub fn exr(bytes: &[u8]) -> Picture {
     let layer = image.layer_data;
     let (width, height) = (layer.size.x(), layer.size.y());
     let mut channels: Vec<_> = layer.channel_data.list.into_iter().collect();
-    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
-    if channels.len() == 3 {
-        assert_eq!(names, ["B", "G", "R"]);
-        channels.reverse();
-    }
+    // The format sorts them by name, colours backwards.
+    let place = |name: String| "RGBXYZ".find(name.chars().last().unwrap_or_default());
+    channels.sort_by_key(|channel| place(channel.name.to_string()));
     let planes = channels.iter().map(|channel| match &channel.sample_data {
         exr::prelude::FlatSamples::F32(samples) => samples.clone(),
         _ => panic!("not 32-bit floats"),

@@ -6,6 +6,7 @@ pub mod decode;
 pub mod errors;
 pub mod everyday;
 pub mod http;
+pub mod licences;
 pub mod mutation;
 pub mod quadrature;
 pub mod server;

@@ -37,8 +37,8 @@ pub fn command(arguments: &[&str]) -> Command {
             command.env_remove(name);
         }
     }
-    // Drivers in software complain on standard error without a folder of the session.
-    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+    // As on a server, where nobody is logged in: nothing may complain of that on standard error.
+    command.env_remove("XDG_RUNTIME_DIR");
     command.env("FOGBANK_LOG", "warn").args(arguments).stdin(Stdio::null());
     command
 }

@@ -3,7 +3,7 @@
 use fogbank_tests::decode;
 use fogbank_tests::server::{Server, command};
 use serde_json::{Value, json};
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 
@@ -122,9 +122,9 @@ fn compare_prints_what_the_server_answers_and_writes_its_image() {
 #[test]
 fn compare_names_the_option_at_fault() {
     let scene_file = scene_file("compare-fault.json", &scene());
-    let error = fail(&["compare", &scene_file, "--a", "march"], 1);
+    let error = fail(&["compare", &scene_file, "--a", "march"], 3);
     assert!(error.starts_with("fogbank: --a-steps: "), "{error}");
-    let error = fail(&["compare", &scene_file, "--b-steps", "3"], 1);
+    let error = fail(&["compare", &scene_file, "--b-steps", "3"], 3);
     assert!(error.starts_with("fogbank: --b-steps: "), "{error}");
     fail(&["compare", &scene_file, "--a", "fog"], 2);
 }
@@ -195,21 +195,21 @@ fn what_is_wrong_with_a_scene_is_told_line_by_line() {
     let out = file("never.png");
     let out_name = out.to_str().unwrap();
     let bad = scene_file("bad.json", &json!({ "far_m": 0, "time_s": 1e12 }));
-    let error = fail(&["render", &bad, "-o", out_name, "--width", "0"], 1);
+    let error = fail(&["render", &bad, "-o", out_name, "--width", "0"], 3);
     let lines: Vec<_> = error.lines().collect();
     assert_eq!(lines.len(), 3, "{error}");
     assert!(lines[0].starts_with("fogbank: --width: 0 is not between"), "{error}");
     assert!(lines[1].starts_with(&format!("fogbank: {bad}: /time_s: ")), "{error}");
     assert!(lines[2].starts_with(&format!("fogbank: {bad}: /far_m: ")), "{error}");
     let unknown = scene_file("unknown.json", &json!({ "fog": { "density": 1 } }));
-    let error = fail(&["render", &unknown, "-o", out_name], 1);
+    let error = fail(&["render", &unknown, "-o", out_name], 3);
     assert!(
         error.starts_with(&format!("fogbank: {unknown}: /fog/density: unknown field")),
         "{error}"
     );
     let no_json = file("no.json");
     std::fs::write(&no_json, "{ fog").unwrap();
-    let error = fail(&["render", no_json.to_str().unwrap(), "-o", out_name], 1);
+    let error = fail(&["render", no_json.to_str().unwrap(), "-o", out_name], 3);
     assert!(error.contains("not JSON"), "{error}");
     assert!(!out.exists(), "a failed render leaves no file");
 }
@@ -226,7 +226,9 @@ fn wrong_arguments_are_refused_with_words_that_help() {
         (vec!["render", &scene_file, "-o", out_name, "--quality", "best"], "draft"),
         (vec!["render", &scene_file, "-o", out_name, "--width", "-1"], "-1"),
         (vec!["probe", &scene_file, "--origin", "0,0", "--direction", "0,0,1"], "x,y,z"),
+        (vec!["render", &scene_file, "-o", "-"], "--format"),
         (vec!["serve", "--queue", "0"], "1 to 1024"),
+        (vec!["--queue", "0"], "1 to 1024"),
         (vec!["serve", "--backend", "abacus"], "cpu"),
         (vec!["serve", "--deadline-s", "nan"], "0.001 to 86400"),
         (vec!["fly"], "fly"),
@@ -237,14 +239,116 @@ fn wrong_arguments_are_refused_with_words_that_help() {
     for (arguments, words) in [
         (vec!["render", "/nothing.json", "-o", out_name], "/nothing.json: "),
         (vec!["render", "preset:fog", "-o", out_name], "street-thin"),
-        (vec!["render", &scene_file, "-o", "/nowhere/fog.png"], "/nowhere/fog.png: "),
-        (vec!["probe", &scene_file, "--origin", "0,0,0", "--direction", "0,0,0"], "--direction: "),
+        (vec!["render", "street-thin", "-o", out_name], "preset:street-thin"),
         (vec!["serve", "--listen", "127.0.0.1:fog"], "127.0.0.1:fog"),
         (vec!["serve", "--listen", "127.0.0.1:0", "--data-dir", "/proc/fog"], "/proc/fog"),
     ] {
         let error = fail(&arguments, 1);
         assert!(error.starts_with("fogbank: ") && error.contains(words), "{arguments:?}: {error}");
     }
+}
+
+/// What would take minutes to render: whatever is refused is refused before that.
+const SLOW: [&str; 4] = ["render", "preset:room-3008", "--airlight=reference", "-o"];
+
+#[test]
+fn a_file_that_cannot_be_written_is_refused_before_anything_is_rendered() {
+    let folder = file("folder.png");
+    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder.to_str().unwrap();
+    for (out, status) in [(folder, 1), ("/nowhere/fog.png", 1), ("/proc/fog.png", 1), ("f.gif", 2)]
+    {
+        let error = fail(&[&SLOW[..], &[out]].concat(), status);
+        assert!(error.contains(out), "{error}");
+    }
+    let errors = ["compare", "preset:room-3008", "-o", "/nowhere/fog.npy"];
+    assert!(fail(&errors, 1).contains("/nowhere/fog.npy"));
+}
+
+/// A scene's faults, a missing device and a deadline are told apart by a script.
+#[test]
+fn exit_codes_tell_failures_apart() {
+    let out = file("codes.png");
+    let out_name = out.to_str().unwrap();
+    let error = fail(&[&SLOW[..], &[out_name, "--deadline-s=0.05"]].concat(), 5);
+    assert!(error.contains("--deadline-s"), "{error}");
+    let scene_file = scene_file("codes.json", &scene());
+    let error = fail(&["probe", &scene_file, "--origin", "0,0,0", "--direction", "0,0,0"], 3);
+    assert!(error.contains("--direction: "), "{error}");
+    let mut no_driver = command(&["render", &scene_file, "-o", out_name, "--backend=gpu"]);
+    no_driver.env("VK_DRIVER_FILES", "/nowhere.json").env("VK_ICD_FILENAMES", "/nowhere.json");
+    let output = no_driver.output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{error}");
+    assert!(error.contains("--backend gpu"), "{error}");
+    assert!(!out.exists(), "a failed render leaves no file");
+}
+
+#[test]
+fn a_failed_render_leaves_an_older_file_as_it_was() {
+    let out = file("older.png");
+    std::fs::write(&out, "older").unwrap();
+    fail(&[&SLOW[..], &[out.to_str().unwrap(), "--deadline-s=0.05"]].concat(), 5);
+    assert_eq!(std::fs::read(&out).unwrap(), b"older");
+}
+
+#[test]
+fn airlight_is_that_of_the_scene_or_of_the_option() {
+    let picture = |scene: &Value, arguments: &[&str]| {
+        let scene_file = scene_file("airlight.json", scene);
+        let size = ["render", &scene_file, "-o", "-", "--format=npy", "--width=9", "--height=7"];
+        succeed(&[&size[..], arguments].concat())
+    };
+    let mut none = scene();
+    none["fog"]["airlight"] = json!("none");
+    let by_option = picture(&scene(), &["--airlight=none"]);
+    assert!(by_option == picture(&none, &[]) && by_option != picture(&scene(), &[]));
+    let out = file("airlight.png");
+    let blobs = ["render", "preset:room-3008", "--airlight=sun2005", "-o", out.to_str().unwrap()];
+    let error = fail(&blobs, 3);
+    assert!(error.starts_with("fogbank: --airlight: "), "{error}");
+}
+
+#[test]
+fn a_picture_goes_to_standard_output_as_well() {
+    let scene_file = scene_file("standard.json", &scene());
+    let out = file("standard.png");
+    let size = ["--width=24", "--height=16"];
+    succeed(&[&["render", &scene_file, "-o", out.to_str().unwrap()][..], &size].concat());
+    let printed = [&["render", &scene_file, "-o", "-", "--format=png"][..], &size].concat();
+    assert_eq!(succeed(&printed), std::fs::read(&out).unwrap());
+}
+
+#[test]
+fn help_lists_what_a_choice_may_be() {
+    for (command, words) in [
+        (
+            "render",
+            ["beauty", "optical_depth", "draft", "reinhard", "fogshop2007", "webp"].as_slice(),
+        ),
+        ("compare", &["march", "reference", "sun2005"]),
+        ("serve", &["auto", "cpu", "gpu"]),
+    ] {
+        let help = String::from_utf8(succeed(&[command, "--help"])).unwrap();
+        let listed =
+            |word: &&str| help.contains(&format!("- {word}")) || help.contains(&format!("{word},"));
+        let missing: Vec<_> = words.iter().filter(|word| !listed(word)).collect();
+        assert!(missing.is_empty(), "{command}: {missing:?} in {help}");
+    }
+}
+
+/// The environment of a server does not get in the way of a command.
+#[test]
+fn options_without_a_command_are_those_of_serve() {
+    let mut schema = command(&["schema"]);
+    let output = schema.env("FOGBANK_LISTEN", "127.0.0.1:0").env("FOGBANK_QUEUE", "2").output();
+    assert!(output.unwrap().status.success());
+    let mut child = command(&["--listen", "127.0.0.1:0"]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(line.starts_with("listening on http://127.0.0.1:"), "{line}");
 }
 
 /// A driver in software will do, and its picture looks like the CPU's.

@@ -10,7 +10,7 @@
 
 use fogbank_core::image::{Format, encode, encode_png16};
 use fogbank_core::request::{Layer, Quality, Tonemap, View};
-use fogbank_core::scene::CheckedScene;
+use fogbank_core::scene::{Camera, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
 use fogbank_tests::scenes::*;
 use serde_json::{Value, json};
@@ -347,32 +347,46 @@ fn layers_look_as_they_did() {
     }
 }
 
-fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<u8> {
-    let pixels: Vec<f32> = values.iter().flat_map(|v| [*v; 3]).collect();
+/// What is shown of values, as the mean of an area of each: dithering shows two levels.
+fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<f64> {
+    const SIDE: usize = 16;
+    let row: Vec<f32> = values.iter().flat_map(|v| [*v; 3 * SIDE]).collect();
+    let width = values.len() * SIDE;
     let frame = Frame {
-        width: values.len(),
-        height: 1,
+        width,
+        height: SIDE,
         layer: Layer::Beauty,
-        pixels,
+        camera: Camera::default(),
+        pixels: row.repeat(SIDE),
         shown: None,
         timings: vec![],
         backend: "cpu",
     };
-    let view = View { tonemap, exposure_ev, ..beauty(values.len() as u32, 1) };
-    decode(&png(&frame, &view)).bytes
+    let view = View { tonemap, exposure_ev, ..beauty(width as u32, SIDE as u32) };
+    let bytes = decode(&png(&frame, &view)).bytes;
+    let mut means = vec![0.0; 3 * values.len()];
+    for (place, level) in bytes.into_iter().enumerate() {
+        let (column, channel) = (place / 3 % width, place % 3);
+        means[column / SIDE * 3 + channel] += f64::from(level) / (SIDE * SIDE) as f64;
+    }
+    means
 }
 
 /// A screen's white is radiance 1 without a tone map, and its curve is sRGB's.
 #[test]
 fn no_tone_map_is_srgb() {
+    let expect = |shown: Vec<f64>, levels: &[f64]| {
+        for (rgb, level) in shown.chunks(3).zip(levels) {
+            assert!(rgb.iter().all(|v| (v - level).abs() < 0.02), "{rgb:?} instead of {level}");
+        }
+    };
     let shown = tonemapped(&[0.0, 0.001, 0.214_041_14, 0.5, 1.0, 7.0], Tonemap::None, 0.0);
-    let grey: Vec<_> = shown.chunks(3).map(|rgb| rgb[0]).collect();
-    // IEC 61966-2-1: 0.001 · 12.92 · 255 = 3.3; 0.2140 is half; 0.5 is 187.5 to 188.
-    assert_eq!(grey, [0, 3, 128, 188, 255, 255]);
+    // IEC 61966-2-1: 0.001 · 12.92 · 255; 0.2140 is half; (1.055 · 0.5^(1/2.4) − 0.055) · 255.
+    expect(shown, &[0.0, 3.295, 127.5, 187.516, 255.0, 255.0]);
     // A stop doubles.
-    assert_eq!(tonemapped(&[0.5], Tonemap::None, 1.0), [255; 3]);
+    expect(tonemapped(&[0.5], Tonemap::None, 1.0), &[255.0]);
     // Reinhard halves 1.
-    assert_eq!(tonemapped(&[1.0], Tonemap::Reinhard, 0.0), [188; 3]);
+    expect(tonemapped(&[1.0], Tonemap::Reinhard, 0.0), &[187.516]);
 }
 
 /// More light never looks darker, from black to far beyond white, in any channel.
@@ -380,18 +394,18 @@ fn no_tone_map_is_srgb() {
 fn tone_maps_rise_with_exposure() {
     for tonemap in [Tonemap::None, Tonemap::Reinhard, Tonemap::Agx] {
         let shown = |ev: i32| {
-            let bytes = tonemapped(&[0.01, 0.18, 1.0], tonemap, 0.25 * f64::from(ev));
-            assert!(bytes.chunks(3).all(|rgb| rgb[0].abs_diff(rgb[1]) <= 1), "grey stays grey");
-            bytes
+            let levels = tonemapped(&[0.01, 0.18, 1.0], tonemap, 0.25 * f64::from(ev));
+            assert!(levels.chunks(3).all(|rgb| (rgb[0] - rgb[1]).abs() <= 1.0), "grey stays grey");
+            levels
         };
         let mut last = shown(-80);
-        assert!(last.iter().all(|v| *v < 8), "{tonemap:?} is dark at −20 stops: {last:?}");
+        assert!(last.iter().all(|v| *v < 8.0), "{tonemap:?} is dark at −20 stops: {last:?}");
         for ev in -79..=80 {
             let next = shown(ev);
             assert!(last.iter().zip(&next).all(|(a, b)| a <= b), "{tonemap:?} at {ev}/4 stops");
             last = next;
         }
-        assert!(last.iter().all(|v| *v > 247), "{tonemap:?} is white at 20 stops: {last:?}");
+        assert!(last.iter().all(|v| *v > 247.0), "{tonemap:?} is white at 20 stops: {last:?}");
     }
 }
 

@@ -110,8 +110,9 @@ pub fn render(
     clock.lap("composite")?;
 
     let (width, height) = (context.grid.width, context.grid.height);
+    let (layer, camera) = (view.layer, scene.camera.clone());
     let (timings, backend) = (clock.laps, "cpu");
-    Ok(Frame { width, height, layer: view.layer, pixels, shown: None, timings, backend })
+    Ok(Frame { width, height, layer, camera, pixels, shown: None, timings, backend })
 }
 
 impl<'a> Context<'a> {

@@ -190,8 +190,8 @@ impl Gpu {
             Picture::Screen(bytes) => (Vec::new(), Some(bytes)),
         };
         let (width, height) = (context.grid.width, context.grid.height);
-        let backend = "gpu";
-        Ok(Some(Frame { width, height, layer: view.layer, pixels, shown, timings, backend }))
+        let (layer, camera, backend) = (view.layer, scene.camera.clone(), "gpu");
+        Ok(Some(Frame { width, height, layer, camera, pixels, shown, timings, backend }))
     }
 
     fn draw(

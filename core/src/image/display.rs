@@ -1,6 +1,7 @@
 //! Radiance and other layers brought onto a screen: exposure, tone map, sRGB; colour maps for
-//! layers that are no colours.
+//! layers that are no colours. Gradients are dithered, normals are not: they are read as numbers.
 
+use super::dither::{level, thresholds};
 use crate::num::{Lanes, Num};
 use crate::renderer::Frame;
 use crate::request::{Layer, Tonemap, View};
@@ -9,7 +10,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Pixels that are mapped in one go.
+/// Pixels that are mapped in one go, at least.
 const CHUNK: usize = 2048;
 
 /// The frame as 8-bit RGB.
@@ -18,44 +19,51 @@ pub fn bytes<'a>(frame: &'a Frame, view: &View) -> Cow<'a, [u8]> {
 }
 
 fn mapped(frame: &Frame, view: &View) -> Vec<u8> {
-    let channels = frame.layer.channels();
-    let count = frame.width * frame.height;
-    let mut bytes = vec![0; count * 3];
     let map = ScalarMap::new(frame);
-    let level = Level::new();
-    let chunks = frame.pixels.par_chunks(CHUNK * channels);
-    bytes.par_chunks_mut(CHUNK * 3).zip(chunks).for_each(|(out, pixels)| match frame.layer {
+    let machine = Level::new();
+    rows(frame.width, frame.layer.channels(), &frame.pixels, |y, pixels, out| match frame.layer {
         Layer::Beauty | Layer::Airlight | Layer::Surface => {
-            dispatch!(level, simd => radiance(simd, pixels, view, out));
+            dispatch!(machine, simd => radiance(simd, pixels, view, y, out));
         }
         Layer::Normal => {
             for (byte, value) in out.iter_mut().zip(pixels) {
-                *byte = level8(0.5 * value + 0.5);
+                *byte = level(0.5 * value + 0.5, 0.5);
             }
         }
         Layer::OpticalDepth | Layer::Transmittance | Layer::Depth => {
-            for (rgb, value) in out.chunks_exact_mut(3).zip(pixels) {
-                rgb.copy_from_slice(&colour(map.position(*value)));
-            }
+            colours(pixels, y, out, |value| map.position(value));
         }
-    });
-    bytes
+    })
 }
 
 /// Relative errors as 8-bit RGB, by their logarithm: 1e-4 and less is darkest, 1 and more brightest.
-pub fn errors(pixels: &[f32]) -> Vec<u8> {
+pub fn errors(pixels: &[f32], width: usize) -> Vec<u8> {
     const DECADES: f32 = 4.0;
-    pixels.iter().flat_map(|error| colour(1.0 + error.log10() / DECADES)).collect()
+    rows(width, 1, pixels, |y, pixels, out| {
+        colours(pixels, y, out, |error| 1.0 + error.log10() / DECADES);
+    })
 }
 
-fn level8(value: f32) -> u8 {
-    (value * 255.0 + 0.5) as u8
+/// 8-bit RGB, row by row: `show` takes the number of a row, its values and its bytes.
+fn rows(
+    width: usize,
+    channels: usize,
+    pixels: &[f32],
+    show: impl Fn(usize, &[f32], &mut [u8]) + Sync,
+) -> Vec<u8> {
+    let width = width.max(1);
+    let mut bytes = vec![0; pixels.len() / channels * 3];
+    let rows = bytes.par_chunks_mut(width * 3).zip(pixels.par_chunks(width * channels));
+    let rows = rows.enumerate().with_min_len(CHUNK.div_ceil(width));
+    rows.for_each(|(y, (out, pixels))| show(y, pixels, out));
+    bytes
 }
 
 #[inline(always)]
-fn radiance<S: Simd>(simd: S, pixels: &[f32], view: &View, out: &mut [u8]) {
+fn radiance<S: Simd>(simd: S, pixels: &[f32], view: &View, y: usize, out: &mut [u8]) {
     let exposure = Lanes::splat(simd, view.exposure_ev.exp2() as f32);
     let lanes = Lanes::<S>::COUNT;
+    let mut thresholds = thresholds(y);
     for (pixels, out) in pixels.chunks(3 * lanes).zip(out.chunks_mut(3 * lanes)) {
         let mut rows = [[0.0f32; 16]; 3];
         for (i, rgb) in pixels.chunks_exact(3).enumerate() {
@@ -68,9 +76,16 @@ fn radiance<S: Simd>(simd: S, pixels: &[f32], view: &View, out: &mut [u8]) {
         shown.x.store(&mut rows[0]);
         shown.y.store(&mut rows[1]);
         shown.z.store(&mut rows[2]);
-        for (i, rgb) in out.chunks_exact_mut(3).enumerate() {
-            (0..3).for_each(|k| rgb[k] = level8(rows[k][i]));
+        for ((i, rgb), threshold) in out.chunks_exact_mut(3).enumerate().zip(&mut thresholds) {
+            (0..3).for_each(|k| rgb[k] = level(rows[k][i], threshold));
         }
+    }
+}
+
+/// Scalars of a row as colours, by their place on the map.
+fn colours(pixels: &[f32], y: usize, out: &mut [u8], position: impl Fn(f32) -> f32) {
+    for ((rgb, value), threshold) in out.chunks_exact_mut(3).zip(pixels).zip(thresholds(y)) {
+        rgb.copy_from_slice(&colour(position(*value), threshold));
     }
 }
 
@@ -99,7 +114,8 @@ fn srgb<N: Num>(linear: N) -> N {
 
 /// AgX (Troy Sobotka): primaries drawn inwards, a logarithmic range of 16.5 stops around middle
 /// grey, a sigmoid as a fitted polynomial, primaries drawn out again. The result is
-/// display-encoded.
+/// display-encoded. Ours: the brightest light is white, where the fit leaves it a third of a level
+/// darker.
 #[inline(always)]
 fn agx<N: Num>(rgb: V3<N>) -> V3<N> {
     const INSET: [[f64; 3]; 3] = [
@@ -112,8 +128,11 @@ fn agx<N: Num>(rgb: V3<N>) -> V3<N> {
         [-0.052_896_851_757_456_2, 1.151_903_129_904_17, -0.098_961_176_844_843_3],
         [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
     ];
+    /// What the fit makes of the brightest light, in its darkest channel.
+    const WHITE: f64 = 0.9984;
     let inner = apply(INSET, rgb);
-    let shown = apply(OUTSET, V3::new(curve(inner.x), curve(inner.y), curve(inner.z)));
+    let shown = apply(OUTSET, V3::new(curve(inner.x), curve(inner.y), curve(inner.z)))
+        .scale(rgb.x.lit(1.0 / WHITE));
     V3::new(unit(shown.x), unit(shown.y), unit(shown.z))
 }
 
@@ -183,7 +202,7 @@ impl ScalarMap {
 }
 
 /// A dark-to-bright map of even lightness steps (blue, green, yellow).
-fn colour(position: f32) -> [u8; 3] {
+fn colour(position: f32, threshold: f32) -> [u8; 3] {
     const STOPS: [[f32; 3]; 6] = [
         [13.0, 8.0, 40.0],
         [52.0, 52.0, 122.0],
@@ -195,5 +214,8 @@ fn colour(position: f32) -> [u8; 3] {
     let place = position.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
     let low = (place as usize).min(STOPS.len() - 2);
     let share = place - low as f32;
-    [0, 1, 2].map(|k| (STOPS[low][k] + share * (STOPS[low + 1][k] - STOPS[low][k]) + 0.5) as u8)
+    [0, 1, 2].map(|k| {
+        let between = STOPS[low][k] + share * (STOPS[low + 1][k] - STOPS[low][k]);
+        (between + threshold) as u8
+    })
 }

@@ -1,13 +1,17 @@
 //! A finished frame as a file.
 
+mod about;
 pub(crate) mod display;
+mod dither;
+mod exr;
 pub mod flip;
-mod float;
+mod npy;
 mod screen;
 
 use crate::compare::ErrorImage;
 use crate::renderer::Frame;
 use crate::request::{Quality, View};
+use about::Caption;
 use std::borrow::Cow;
 
 /// The files that a frame can become.
@@ -80,7 +84,7 @@ pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, Enc
     if format.is_float() && frame.shown.is_some() {
         return Err(EncodeError { format, reason: "the frame is for a screen".into() });
     }
-    write(&Raster::from(frame), format, || display::bytes(frame, view))
+    write(&Raster::from(frame), format, || display::bytes(frame, view), || Caption::of(frame))
 }
 
 /// Encodes the relative errors of a comparison: as they are in float formats, else colour-mapped by
@@ -91,7 +95,7 @@ pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, Enc
 pub fn encode_errors(errors: &ErrorImage, format: Format) -> Result<Vec<u8>, EncodeError> {
     let ErrorImage { width, height, ref pixels } = *errors;
     let raster = Raster { width, height, channels: 1, pixels };
-    write(&raster, format, || display::errors(pixels).into())
+    write(&raster, format, || display::errors(pixels, width).into(), Caption::of_errors)
 }
 
 /// The numbers of an image.
@@ -114,10 +118,11 @@ fn write<'a>(
     image: &Raster,
     format: Format,
     rgb: impl FnOnce() -> Cow<'a, [u8]>,
+    caption: impl FnOnce() -> Caption,
 ) -> Result<Vec<u8>, EncodeError> {
     let bytes = match format {
-        Format::Exr => float::exr(image),
-        Format::Npy => float::npy(image),
+        Format::Exr => exr::exr(image, &caption()),
+        Format::Npy => npy::npy(image),
         Format::Png => screen::png(&rgb(), image),
         Format::Jpeg => screen::jpeg(&rgb(), image),
         Format::WebP => screen::webp(&rgb(), image),
