@@ -14,6 +14,7 @@ mod queue;
 mod routes;
 mod serve;
 mod socket;
+mod watch;
 
 use clap::Parser;
 use cli::{Cli, Command};

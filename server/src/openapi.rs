@@ -3,6 +3,7 @@
 use crate::answer::JSON;
 use crate::app;
 use crate::problem::{self, Problem};
+use crate::watch;
 use axum::http::StatusCode;
 use fogbank_core::image::Format;
 use fogbank_core::scene::Scene;
@@ -30,6 +31,7 @@ pub struct Operation {
     request: Option<Schema>,
     content: Map<String, Value>,
     headers: Map<String, Value>,
+    parameters: Vec<Value>,
     refusals: Vec<StatusCode>,
 }
 
@@ -42,6 +44,7 @@ impl Operation {
             request: None,
             content: Map::new(),
             headers: Map::new(),
+            parameters: Vec::new(),
             refusals: vec![StatusCode::INTERNAL_SERVER_ERROR],
         }
     }
@@ -86,8 +89,10 @@ impl Operation {
 
     /// Answers a picture in one of `formats`, by `Accept`.
     pub fn picture(mut self, formats: &[Format]) -> Self {
-        self.refusals.push(StatusCode::NOT_ACCEPTABLE);
+        self.refusals.extend([StatusCode::NOT_ACCEPTABLE, StatusCode::CONFLICT]);
+        let job = "An id of the client's choice: `/v1/progress/{job}` tells how far the job is.";
         let operation = self
+            .parameter("header", watch::HEADER, job)
             .header("ETag", "The same bytes have the same tag.")
             .header("Fog-Backend", "Where the picture was made.")
             .header("Fog-Quality", "`draft` or `full`.")
@@ -95,6 +100,15 @@ impl Operation {
         formats.iter().fold(operation, |operation, format| {
             operation.content(format.content_type(), json!({}))
         })
+    }
+
+    /// Takes a parameter in the request's `path` or `header`.
+    pub fn parameter(mut self, place: &str, name: &str, description: &str) -> Self {
+        let schema = json!({ "type": "string", "pattern": watch::ID_PATTERN });
+        let is_required = place == "path";
+        self.parameters.push(json!({ "in": place, "name": name, "required": is_required,
+            "description": description, "schema": schema }));
+        self
     }
 
     /// The answer carries this header.
@@ -122,6 +136,9 @@ impl Operation {
             responses.insert(status.as_str().into(), reference);
         }
         let mut operation = json!({ "summary": self.summary, "responses": responses });
+        if !self.parameters.is_empty() {
+            operation["parameters"] = self.parameters.into();
+        }
         if let Some(schema) = self.request {
             let content = json!({ JSON: { "schema": schema } });
             operation["requestBody"] = json!({ "required": true, "content": content });
@@ -163,6 +180,8 @@ fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
     let all = [
         (StatusCode::BAD_REQUEST, "The body is not JSON."),
         (StatusCode::NOT_ACCEPTABLE, "`Accept` takes no format that is offered."),
+        (StatusCode::NOT_FOUND, "There is nothing of that name."),
+        (StatusCode::CONFLICT, "Another job that waits or runs has this `Fog-Job`."),
         (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
         (StatusCode::PAYLOAD_TOO_LARGE, "The body is larger than `/v1/limits` allows."),
         (StatusCode::UNSUPPORTED_MEDIA_TYPE, "The body is not declared as JSON."),

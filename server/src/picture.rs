@@ -3,12 +3,14 @@
 use crate::answer::{self, JSON};
 use crate::app::App;
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::image::EncodeError;
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a renderer made as a file, with what its headers say besides.
@@ -29,9 +31,10 @@ pub type Timed<T> = (T, Vec<(&'static str, Duration)>);
 /// Renders `view` when its turn comes, encodes it and says how long each step took.
 ///
 /// # Errors
-/// 503 when there is no place, 504 past the deadline, 500 when something broke.
+/// Those of [`answer_job`].
 pub async fn answer(
     app: &App,
+    job: Option<JobId>,
     scene: CheckedScene,
     view: View,
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
@@ -42,21 +45,25 @@ pub async fn answer(
         let timings = std::mem::take(&mut frame.timings);
         Ok((frame, timings))
     };
-    answer_job(app, deadline, view.quality, render, encode).await
+    answer_job(app, job, deadline, view.quality, render, encode).await
 }
 
-/// Does `work` when its turn comes, encodes what it made and says how long each step took.
+/// Does `work` when its turn comes, encodes what it made and says how long each step took. Until
+/// then clients may ask how far it is.
 ///
 /// # Errors
-/// 503 when there is no place, 504 past the deadline, 500 when something broke.
+/// 409 when another job has that id, 503 when there is no place, 504 past the deadline, 500 when something broke.
 pub async fn answer_job<T: Send + 'static>(
     app: &App,
+    job: Option<JobId>,
     deadline: Instant,
     quality: Quality,
     work: impl FnOnce(&Renderer, &Progress) -> Result<Timed<T>, Interrupted> + Send + 'static,
     encode: impl FnOnce(&T) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let done = app.queue.run(deadline, work).await?;
+    let progress = Arc::new(Progress::until(deadline));
+    let _watched = job.map(|id| app.watch.add(id, &progress)).transpose()?;
+    let done = app.queue.run_watched(progress, deadline, work).await?;
     let ((value, timings), waited) = (done.value, done.waited);
     let finish = move || {
         let began = Instant::now();

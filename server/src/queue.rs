@@ -95,13 +95,26 @@ impl<W: Send + 'static> Queue<W> {
         deadline: Instant,
         work: impl FnOnce(&W, &Progress) -> Result<T, Interrupted> + Send + 'static,
     ) -> Result<Done<T>, Refusal> {
+        self.run_watched(Arc::new(Progress::until(deadline)), deadline, work).await
+    }
+
+    /// The same, for a job with the same deadline that others watch.
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub async fn run_watched<T: Send + 'static>(
+        &self,
+        progress: Arc<Progress>,
+        deadline: Instant,
+        work: impl FnOnce(&W, &Progress) -> Result<T, Interrupted> + Send + 'static,
+    ) -> Result<Done<T>, Refusal> {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| Refusal::Busy)?;
-        let progress = Arc::new(Progress::until(deadline));
         let _caller = Caller(Arc::clone(&progress));
         let (reply, answer) = oneshot::channel();
         let (accepted, running) = (Instant::now(), Arc::clone(&progress));
         let work = Box::new(move |worker: &W| {
             let waited = accepted.elapsed();
+            running.begin();
             let result = catch_unwind(AssertUnwindSafe(|| work(worker, &running)));
             // Nobody listens any more when the caller left; that is fine.
             let _ = reply.send((result, waited));

@@ -10,6 +10,8 @@ const FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", 
   "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 
 const complaints = [];
+/** What the page posted: for each request its path and a promise of its headers. */
+const posted = [];
 let page;
 
 /** Opens the page in a window of its own and collects everything that it complains of. */
@@ -18,7 +20,12 @@ async function open(browser, options, query = "") {
   page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
   page.on("console", (message) => {
+    // A job that ended while it was asked for is unknown, which the browser itself notes.
+    if (message.location().url.includes("/v1/progress/")) return;
     if (["error", "warning"].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
+  });
+  page.on("request", (request) => {
+    if (request.method() === "POST") posted.push({ path: new URL(request.url()).pathname, headers: request.allHeaders() });
   });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("requestfailed", (request) => {
@@ -68,8 +75,38 @@ const SIMPLE = {
 const PATCHY = { ...SIMPLE, fog: { terms: [{ kind: "gaussians", blobs: [
   { center: [-1, 1, 1], radius: 1.5, extinction: 0.4 }, { center: [1.5, 2, 1], radius: 0.8, extinction: 1 },
 ] }] } };
+// Minutes of work.
+const SLOW = { ...SIMPLE, fog: { airlight: "reference", terms: [{ kind: "gaussians", blobs: Array.from({ length: 16 }, (_, i) =>
+  ({ center: [i % 7 - 3, i % 3, i % 5 - 2], radius: 0.7, extinction: 0.5 })) }] } };
 const errorState = () => page.evaluate(() => document.documentElement.dataset.errors);
 const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
+
+async function slowPictures() {
+  await holds("a slow picture says how far it is, and can be stopped and made after all", async () => {
+    // The bar's value once it is more than that; false while no bar is shown.
+    const moreThan = (from) => until((least) => {
+      const { hidden, innerText } = document.getElementById("progress");
+      const { value } = document.querySelector("#progress progress");
+      return !hidden && /: \d+ %/.test(innerText) && value > least && value;
+    }, from).then((value) => value.jsonValue());
+    await page.evaluate((slow) => window.fogbank.load(slow), SLOW);
+    await moreThan(await moreThan(0));
+    await shot("progress");
+    await page.locator("#progress button", { hasText: "Stop" }).click();
+    assert.equal(await page.evaluate(() => document.documentElement.dataset.frame), "stopped");
+    assert.match(await page.locator("#progress").innerText(), /Stopped/);
+    const renders = await count("renders");
+    const job = (await posted.findLast(({ path }) => path === "/v1/render").headers)["fog-job"];
+    const forgotten = async () => (await fetch(`http://${address}/v1/progress/${job}`)).status === 404;
+    for (const end = Date.now() + PATIENCE_MS; !(await forgotten());) assert.ok(Date.now() < end, "the server goes on");
+    assert.equal(await count("renders"), renders, "nothing is asked for after a stop");
+    await page.locator("#progress button", { hasText: "Render" }).click();
+    await until((from) => window.fogbank.counts.renders > from, renders);
+    await moreThan(0);
+    await load(SIMPLE);
+    assert.equal(await page.locator("#progress").isVisible(), false);
+  });
+}
 
 async function onADesk(browser) {
   await open(browser, { viewport: { width: 1280, height: 800 } });
@@ -160,6 +197,16 @@ async function onADesk(browser) {
     assert.match(tooltip, /median/i);
     assert.ok(await count("comparisons") >= before + 3);
   });
+  await holds("a comparison says how far it is, and can be stopped", async () => {
+    await page.evaluate(() => { window.fogbank.lastComparison = null; });
+    await load({ ...SLOW, fog: { ...SLOW.fog, airlight: "auto" } });
+    await until(() => window.fogbank.lastComparison?.scale >= 1 / 16 && /: \d+ %/.test(document.getElementById("errors-note").innerText));
+    await page.locator("#errors-note button").click();
+    assert.equal(await errorState(), "stopped");
+    assert.match(await page.locator("#errors-note").innerText(), /Stopped.[^]*median/);
+    await load(PATCHY);
+    await until(() => document.documentElement.dataset.errors === "working");
+  });
   await holds("a move of the camera gives the errors up, and they come again when it rests", async () => {
     const requests = [];
     page.on("requestfailed", (request) => requests.push(request.url()));
@@ -233,6 +280,7 @@ async function onADesk(browser) {
     assert.equal(await page.evaluate(() => window.fogbank.request.scene.fog.terms[0].extinction), 0.3);
     assert.equal(await page.locator("#scene-dialog").isVisible(), false);
   });
+  await slowPictures();
   await holds("every preset is shown in full", async () => {
     const names = await page.locator("#preset option").evaluateAll((options) => options.map(({ value }) => value));
     assert.ok(names.length >= 7);
@@ -245,6 +293,15 @@ async function onADesk(browser) {
     const [before, now] = [await count("renders"), await page.evaluate(() => performance.now())];
     await until((from) => performance.now() > from + 1000, now);
     assert.equal(await count("renders"), before);
+  });
+  await holds("what is posted says that it is JSON from this very page", async () => {
+    for (const path of ["/v1/render", "/v1/compare", "/v1/probe"]) {
+      const all = await Promise.all(posted.filter((post) => post.path === path).map(({ headers }) => headers));
+      assert.ok(all.length > 0, path);
+      for (const headers of all) {
+        assert.deepEqual([headers["content-type"], headers["sec-fetch-site"]], ["application/json", "same-origin"], path);
+      }
+    }
   });
 }
 

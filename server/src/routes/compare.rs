@@ -6,6 +6,7 @@ use crate::app::App;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
@@ -46,6 +47,7 @@ impl Form {
 /// Compares two estimators on the layer `airlight`.
 pub async fn compare(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let form = accept::choose(request.headers(), &FORMS, Form::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, pair) = app.intake.read(request, CompareRequest::check).await?;
     let deadline = app.deadline(pair.is_slow());
     let work = move |renderer: &Renderer, progress: &Progress| {
@@ -54,7 +56,7 @@ pub async fn compare(State(app): State<App>, request: Request) -> Result<Respons
         Ok::<_, Interrupted>((compared, timings))
     };
     let encode = move |compared: &Compared| encode(compared, form);
-    picture::answer_job(&app, deadline, Quality::Full, work, encode).await
+    picture::answer_job(&app, job, deadline, Quality::Full, work, encode).await
 }
 
 fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {

@@ -5,6 +5,7 @@ use crate::app::App;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
@@ -21,9 +22,10 @@ const SCALE: &str = "Fog-Optical-Depth-Scale";
 /// Renders the map in the format that `Accept` asks for.
 pub async fn render(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &FORMATS, Format::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, view) = app.intake.read(request, OpticalDepthRequest::check).await?;
     let encode = move |frame: &Frame| encode_map(frame, &view, format);
-    picture::answer(&app, scene, view, encode).await
+    picture::answer(&app, job, scene, view, encode).await
 }
 
 fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {

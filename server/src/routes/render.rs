@@ -5,6 +5,7 @@ use crate::app::App;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::response::Response;
 use fogbank_core::Frame;
@@ -15,6 +16,7 @@ use schemars::SchemaGenerator;
 /// Renders one layer of a frame in the format that `Accept` asks for.
 pub async fn render(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &Format::ALL, Format::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, mut view) = app.intake.read(request, RenderRequest::check).await?;
     view = view.for_format(format);
     let encode = move |frame: &Frame| {
@@ -22,7 +24,7 @@ pub async fn render(State(app): State<App>, request: Request) -> Result<Response
         let (content_type, backend) = (format.content_type(), frame.backend);
         Ok(Encoded { bytes, backend, content_type, extra: None })
     };
-    picture::answer(&app, scene, view, encode).await
+    picture::answer(&app, job, scene, view, encode).await
 }
 
 /// Its documentation.
