@@ -78,8 +78,18 @@ const PATCHY = { ...SIMPLE, fog: { terms: [{ kind: "gaussians", blobs: [
 // Minutes of work.
 const SLOW = { ...SIMPLE, fog: { airlight: "reference", terms: [{ kind: "gaussians", blobs: Array.from({ length: 16 }, (_, i) =>
   ({ center: [i % 7 - 3, i % 3, i % 5 - 2], radius: 0.7, extinction: 0.5 })) }] } };
+const at = (pointer, rest = "") => page.locator(`[data-pointer="${pointer}"]:not(details) ${rest}`).last();
+const scene = () => page.evaluate(() => window.fogbank.request.scene);
 const errorState = () => page.evaluate(() => document.documentElement.dataset.errors);
 const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
+
+/** Puts a value into a control, which must lead to a full picture, and answers the scene. */
+async function put(control, value) {
+  await toFull(async () => { await control.fill(String(value)); await control.blur(); });
+  return scene();
+}
+
+const isNear = (a, b, share = 1e-6) => assert.ok(Math.abs(a - b) <= share * Math.abs(b), `${a} is not ${b}`);
 
 async function slowPictures() {
   await holds("a slow picture says how far it is, and can be stopped and made after all", async () => {
@@ -105,6 +115,83 @@ async function slowPictures() {
     await moreThan(0);
     await load(SIMPLE);
     assert.equal(await page.locator("#progress").isVisible(), false);
+  });
+}
+
+async function controls() {
+  await holds("exposure slides over eight stops to either side, and takes more as a number", async () => {
+    const slider = at("/exposure_ev", "input[type=range]");
+    assert.deepEqual([await slider.getAttribute("min"), await slider.getAttribute("max")], ["-8", "8"]);
+    const dark = await pixels();
+    await put(slider, 3);
+    assert.equal(await page.evaluate(() => window.fogbank.request.exposure_ev), 3);
+    assert.notEqual(await pixels(), dark);
+    await put(at("/exposure_ev", "input[type=number]"), 12);
+    assert.equal(Number(await slider.inputValue()), 12);
+    await put(at("/exposure_ev", "input[type=number]"), 0);
+    assert.equal(await slider.getAttribute("max"), "8");
+  });
+  await holds("extinction slides through powers of ten", async () => {
+    await reveal("/scene/fog/terms/0/extinction");
+    const slider = at("/scene/fog/terms/0/extinction", "input[type=range]");
+    const field = at("/scene/fog/terms/0/extinction", "input[type=number]");
+    assert.deepEqual([await slider.getAttribute("min"), await slider.getAttribute("max")], ["-4", "1"]);
+    assert.equal((await put(slider, -1)).fog.terms[0].extinction, 0.1);
+    assert.equal(await field.inputValue(), "0.1");
+    assert.equal((await put(field, 0.001)).fog.terms[0].extinction, 0.001);
+    assert.equal(Number(await slider.inputValue()), -3);
+    await put(field, 0);
+    assert.equal(Number(await slider.inputValue()), -4);
+    await put(field, 0.1);
+  });
+  await holds("extinction and visibility convert into each other, and only one is sent", async () => {
+    const before = await pixels();
+    const choose = (from, to) => toFull(() => at(`/scene/fog/terms/0/${from}`, "select").selectOption(to));
+    const term = async () => (await scene()).fog.terms[0];
+    await choose("extinction", "visibility_m");
+    assert.equal((await term()).extinction, undefined);
+    isNear((await term()).visibility_m, -Math.log(0.05) / 0.1);
+    assert.equal(await pixels(), before, "the fog stays what it was");
+    await put(at("/scene/fog/terms/0/visibility_m", "input[type=number]"), 60);
+    assert.deepEqual(await term(), { id: "mist", kind: "homogeneous", visibility_m: 60 });
+    await shot("visibility");
+    await choose("visibility_m", "extinction");
+    isNear((await term()).extinction, -Math.log(0.05) / 60);
+    assert.equal((await term()).visibility_m, undefined);
+  });
+  await holds("a term that gives neither shows its own extinction, and a script's change is followed", async () => {
+    await load({ ...SIMPLE, fog: { terms: [{ kind: "homogeneous" }] } });
+    await reveal("/scene/fog/terms/0/extinction");
+    assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.02");
+    await toFull(() => at("/scene/fog/terms/0/extinction", "select").selectOption("visibility_m"));
+    isNear((await scene()).fog.terms[0].visibility_m, -Math.log(0.05) / 0.02);
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "terms", 0], { kind: "homogeneous", extinction: 0.3 })));
+    assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.3");
+  });
+  await holds("a lamp has a strength and a colour, and exact numbers", async () => {
+    await load(SIMPLE);
+    await page.locator('[data-pointer="/scene/lights"] > summary').click();
+    const lamp = (rest) => at("/scene/lights/0/intensity", rest);
+    const strength = lamp("input[aria-label='intensity in W/sr, strength']");
+    assert.equal(await strength.inputValue(), "80");
+    assert.deepEqual((await put(strength, 160)).lights[0].intensity, [160, 140, 100]);
+    assert.deepEqual((await put(lamp("input[type=range]"), 1)).lights[0].intensity, [10, 8.75, 6.25]);
+    assert.deepEqual((await put(lamp("input[type=color]"), "#0000ff")).lights[0].intensity, [0, 0, 10]);
+    assert.deepEqual((await put(lamp("input[title=g]"), 4.5)).lights[0].intensity, [0, 4.5, 10]);
+    await put(strength, 0);
+    assert.deepEqual((await put(strength, 20)).lights[0].intensity, [0, 9, 20], "a lamp that is turned on again has its colour");
+    await shot("lamp");
+  });
+  await holds("whatever else the server says of a problem, the page shows what and where", async () => {
+    const errors = [{ pointer: "/scene/far_m", detail: "no such distance", code: "out_of_range", more: { min: 1 } }];
+    const body = JSON.stringify({ type: "about:blank", title: "x", status: 422, detail: "wrong", errors, trace: ["y"] });
+    await page.route("**/v1/render", (route) => route.fulfill({ status: 422, contentType: "application/problem+json", body }));
+    await page.evaluate(() => window.fogbank.set(["scene", "far_m"], 100));
+    await phase("error");
+    assert.match(await page.locator("#status").innerText(), /wrong[^]*\/scene\/far_m no such distance/);
+    await page.unroute("**/v1/render");
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "far_m"], 1000)));
+    assert.ok(complaints.splice(0).every((text) => text.includes("422")));
   });
 }
 
@@ -281,6 +368,7 @@ async function onADesk(browser) {
     assert.equal(await page.locator("#scene-dialog").isVisible(), false);
   });
   await slowPictures();
+  await controls();
   await holds("every preset is shown in full", async () => {
     const names = await page.locator("#preset option").evaluateAll((options) => options.map(({ value }) => value));
     assert.ok(names.length >= 7);
