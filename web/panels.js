@@ -124,12 +124,14 @@ function unfold(node, pointer) {
 }
 
 function mark(node, detail) {
-  node.classList.add("has-error");
   const text = node.querySelector(".field-error");
   if (text) {
-    text.textContent = detail;
+    // Several numbers of one colour may be wrong, each in its own way.
+    const others = node.classList.contains("has-error") ? `${text.textContent}; ` : "";
+    text.textContent = `${others}${detail}`;
     text.hidden = false;
   }
+  node.classList.add("has-error");
   for (const input of node.querySelectorAll(INPUTS)) input.setAttribute("aria-invalid", "true");
 }
 

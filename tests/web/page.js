@@ -193,6 +193,31 @@ async function controls() {
     await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "far_m"], 1000)));
     assert.ok(complaints.splice(0).every((text) => text.includes("422")));
   });
+  await holds("every wrong number of a colour is told of, once", async () => {
+    await page.evaluate(() => window.fogbank.set(["scene", "lights", 0, "intensity"], [-1, 2, -3]));
+    await phase("error");
+    assert.match(await at("/scene/lights/0/intensity").innerText(), /-1 is not[^]*; -3 is not/);
+    assert.equal((await page.locator("#status").innerText()).match(/-1 is not/g).length, 1);
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "lights", 0, "intensity"], [80, 70, 50])));
+    assert.ok(complaints.splice(0).every((text) => text.includes("422")));
+  });
+  await holds("every control has a name", async () => {
+    await unfoldAll();
+    const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, textarea")]
+      .filter((node) => !node.getAttribute("aria-label") && !node.labels?.length && !(node.tagName === "BUTTON" && node.textContent.trim()))
+      .map((node) => node.outerHTML));
+    assert.deepEqual(nameless, []);
+  });
+}
+
+/** Unfolds whatever can be unfolded, and what is in that. */
+async function unfoldAll() {
+  const folded = () => page.locator("details:not([open])").count();
+  while (await folded()) {
+    await page.evaluate(() => document.querySelectorAll("details:not([open])").forEach((fold) => { fold.open = true; }));
+    // What a fold holds is built when the browser tells of the toggle.
+    await page.evaluate(() => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); }));
+  }
 }
 
 async function onADesk(browser) {
@@ -411,6 +436,13 @@ async function onAPhone(browser) {
     assert.ok(widths[0] <= 390 && widths[1] <= 390, `${widths}`);
     const box = await page.locator("#picture").boundingBox();
     assert.ok(box.width >= 350 && box.height >= 200, JSON.stringify(box));
+  });
+  await holds("no control reaches beyond a phone's edge", async () => {
+    await load(SIMPLE);
+    await unfoldAll();
+    const beyond = await page.evaluate(() => [...document.querySelectorAll("#side :is(button, input, select, textarea)")]
+      .filter((node) => node.getBoundingClientRect().right > window.innerWidth).map((node) => node.outerHTML));
+    assert.deepEqual(beyond, []);
   });
   await holds("a tap probes", async () => {
     const box = await page.locator("#picture").boundingBox();
