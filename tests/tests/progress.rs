@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Minutes of work.
+/// Minutes of work, in steps that take a fraction of a second.
 fn slow(airlight: &str) -> Value {
     let blob = |i: i32| json!({ "center": [i % 7 - 3, i % 3, i % 5 - 2], "radius": 0.7, "extinction": 0.5 });
-    let blobs: Vec<_> = (0..60).map(blob).collect();
+    let blobs: Vec<_> = (0..6).map(blob).collect();
     let fog = json!({ "airlight": airlight, "terms": [{ "kind": "gaussians", "blobs": blobs }] });
     let scene = json!({ "lights": [{ "kind": "point" }], "fog": fog });
     json!({ "scene": scene, "width": 1280, "height": 1024 })
@@ -67,11 +67,11 @@ fn the_progress_of_the_reference_moves_and_never_falls() {
     ];
     for (job, path, body) in jobs {
         let stream = begin(&server, path, job, &body);
-        let seen = until(&server, job, |seen| seen.len() >= 6);
+        let seen = until(&server, job, |seen| seen.len() >= 4);
         let fractions: Vec<_> = seen.iter().map(fraction).collect();
         assert!(fractions.is_sorted(), "{job}: {fractions:?}");
-        assert!(fractions[5] < 1.0, "{job}: {fractions:?}");
-        assert_eq!(seen[5]["state"], "running", "{job}");
+        assert!(fractions[3] < 1.0, "{job}: {fractions:?}");
+        assert_eq!(seen[3]["state"], "running", "{job}");
         stream.shutdown(Shutdown::Both).unwrap();
         until_forgotten(&server, job);
     }
