@@ -7,8 +7,8 @@ export class Problem extends Error {
     super(body.detail || body.title || `The server answered ${status}.`);
     this.name = "Problem";
     this.status = status;
-    /** `[{pointer, detail}]`, pointers into the request's body. */
-    this.errors = Array.isArray(body.errors) ? body.errors : [];
+    /** `[{pointer, detail}]`, pointers into the request's body; the server may say more about each. */
+    this.errors = (Array.isArray(body.errors) ? body.errors : []).filter((error) => error && typeof error === "object");
     this.retryAfter_s = retryAfter_s;
   }
 
@@ -60,8 +60,8 @@ async function request(path, { signal, ...options } = {}, read) {
   }, signal);
 }
 
-function post(path, body, accept, signal, read) {
-  const headers = { "Content-Type": "application/json", Accept: accept };
+function post(path, body, { accept = "application/json", signal, job }, read) {
+  const headers = { "Content-Type": "application/json", Accept: accept, ...(job && { "Fog-Job": job }) };
   return request(path, { method: "POST", body, headers, signal }, read);
 }
 
@@ -74,20 +74,26 @@ export const openapi = () => request("v1/openapi.json", {}, asJson);
 export const presets = async () => (await request("v1/presets", {}, asJson)).presets;
 
 /** Probes rays; `body` is the JSON of `{scene, rays}`. */
-export const probe = async (body, signal) => (await post("v1/probe", body, "application/json", signal, asJson)).rays;
+export const probe = async (body) => (await post("v1/probe", body, {}, asJson)).rays;
 
-/** Compares two airlight estimators; `body` is the JSON of the comparison. Answers the error image and the numbers. */
-export function compare(body, signal) {
-  return post("v1/compare", body, "image/png", signal, async (response) => ({
+/** `{state, fraction}` of a job that is on its way: `waiting` or `running`, and how much of it is done. */
+export const progress = (job, signal) => request(`v1/progress/${job}`, { signal, cache: "no-store" }, asJson);
+
+/**
+ * Compares two airlight estimators; `body` is the JSON of the comparison. Answers the error image and the numbers.
+ * Here and in `render`, `signal` gives the job up, and `job` is its name for `progress`.
+ */
+export function compare(body, { signal, job }) {
+  return post("v1/compare", body, { accept: "image/png", signal, job }, async (response) => ({
     blob: await response.blob(),
     numbers: JSON.parse(response.headers.get("Fog-Comparison")),
   }));
 }
 
 /** Renders a picture; `body` is the JSON of the render request. */
-export function render(body, accept, signal) {
+export function render(body, { accept, signal, job }) {
   const sentAt_ms = performance.now();
-  return post("v1/render", body, accept, signal, async (response) => {
+  return post("v1/render", body, { accept, signal, job }, async (response) => {
     const blob = await response.blob();
     return {
       blob,

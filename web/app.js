@@ -7,6 +7,7 @@ import { ErrorLayer } from "./errors.js";
 import { bindGestures } from "./gestures.js";
 import { Panels } from "./panels.js";
 import { Probe, showReading } from "./probe.js";
+import { bindProgress, followed } from "./progress.js";
 import { bindSceneDialog } from "./scene_dialog.js";
 import { Schemas } from "./schema.js";
 import { bindStatus } from "./status.js";
@@ -25,6 +26,7 @@ const picture = find("picture");
 const store = new RequestStore(onChange);
 const status = bindStatus(find("status"), (pointer) => panels?.reveal(pointer));
 const viewer = new Viewer(picture, render, { phase: onPhase, frame: onFrame, problem: onProblem });
+const progress = bindProgress(find("progress"), { stop: () => viewer.stop(), resume: () => viewer.resume() });
 const probe = new Probe(askProbe, onReading);
 const errors = new ErrorLayer(find("errors"), find("errors-note"), askErrors, onErrors);
 /** @type {Panels} made once the schema is here */
@@ -35,9 +37,9 @@ let refreshIsDue = false;
 
 /**
  * For scripts and browser tests. `document.documentElement.dataset.frame` is `loading` while a newer picture is due, then
- * `draft`, `full` or `error`; `lastFrame` is `{seq, quality, layer, width, height, bytes, backend, serverTiming,
- * roundTrip_ms}`. `dataset.errors` is the state of the layer "error" (`off`, `waiting`, `working`, `done` or `failed`),
- * `lastComparison` `{scale, width, height, numbers}`. `counts` only grow.
+ * `draft`, `full`, `error` or `stopped`; `lastFrame` is `{seq, quality, layer, width, height, bytes, backend, serverTiming,
+ * roundTrip_ms}`. `dataset.errors` is the state of the layer "error" (`off`, `waiting`, `working`, `done`, `failed` or
+ * `stopped`), `lastComparison` `{scale, width, height, numbers}`. `counts` only grow.
  */
 window.fogbank = {
   get request() { return store.request; },
@@ -65,12 +67,19 @@ function onChange() {
 
 function onPhase(name) {
   document.documentElement.dataset.frame = name;
+  if (name === "stopped") progress.stopped();
 }
 
 async function render({ quality, width, height, signal }) {
   counts.renders += 1;
   const { layer } = store.request;
-  const answer = await api.render(store.renderBody({ width, height, quality }), ACCEPT[quality], signal);
+  const body = store.renderBody({ width, height, quality });
+  const ask = (job) => api.render(body, { accept: ACCEPT[quality], signal, job });
+  progress.hide();
+  const answer = await followed(ask, (far) => progress.show(quality, far)).finally(() => {
+    // What was given up shows that it stopped, or a newer picture how far that is.
+    if (!signal.aborted) progress.hide();
+  });
   return { ...answer, layer };
 }
 
@@ -92,11 +101,12 @@ function onProblem(error, retryIn_ms) {
 }
 
 /** The scene's own estimator against the reference; where that is its own, what `auto` would do. */
-function askErrors({ width, height, signal }) {
+function askErrors({ width, height, signal, show }) {
   counts.comparisons += 1;
   const own = store.scene.fog?.airlight ?? "auto";
   const a = { airlight: own === "reference" ? "auto" : own };
-  return api.compare(store.sceneBody({ width, height, a }), signal);
+  const body = store.sceneBody({ width, height, a });
+  return followed((job) => api.compare(body, { signal, job }), show);
 }
 
 function onErrors(state, comparison) {

@@ -34,11 +34,16 @@ const UNITS = [
   ["_per_m", "1/m"], ["_deg", "°"], ["_rad", "rad"], ["_hz", "Hz"], ["_ev", "EV"], ["_m", "m"], ["_s", "s"],
 ];
 
-/** Splits a JSON key into words and the unit that its suffix names: `far_m` is "far" in "m". */
-export function nameAndUnit(key) {
+/**
+ * Splits a JSON key into words and the unit that its suffix names: `far_m` is "far" in "m". Where it names none, the
+ * doc comment may, in brackets: "Radiant intensity [W/sr]."
+ */
+export function nameAndUnit(key, description = "") {
   const [suffix, unit] = UNITS.find(([suffix]) => key.endsWith(suffix) && key !== suffix) ?? ["", ""];
   const stem = key.slice(0, key.length - suffix.length);
-  return { name: stem.replaceAll("_", " "), unit };
+  // With a comma it is a list or a range.
+  const [, documented = ""] = /\[([^\],`]+)\]/.exec(description) ?? [];
+  return { name: stem.replaceAll("_", " "), unit: unit || documented };
 }
 
 /** A number for reading: `digits` significant digits, powers of ten where it is very large or small. */

@@ -1,7 +1,8 @@
 // The layer "error": where and by how much the scene's airlight differs from the reference, in growing resolution.
 
 import { Problem } from "./api.js";
-import { element, numberText, plainDoc } from "./dom.js";
+import { button, element, numberText, plainDoc } from "./dom.js";
+import { progressText } from "./progress.js";
 
 const SCALES = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1];
 const FIGURES = ["median", "p95", "max"];
@@ -24,8 +25,9 @@ export class ErrorLayer {
   #controller = null;
 
   /**
-   * `ask({width, height, signal})` answers `{blob, numbers}`; `onState(name, comparison)` is told `off`, `waiting`,
-   * `working`, `done` or `failed`, and the newest comparison where there is one.
+   * `ask({width, height, signal, show})` answers `{blob, numbers}` and tells `show({state, fraction})` how far it is;
+   * `onState(name, comparison)` is told `off`, `waiting`, `working`, `done`, `failed` or `stopped`, and the newest
+   * comparison where there is one.
    */
   constructor(canvas, note, ask, onState) {
     this.#canvas = canvas;
@@ -55,6 +57,13 @@ export class ErrorLayer {
     this.#onState(this.#isOn ? "waiting" : "off");
   }
 
+  /** Gives up the comparison on its way and keeps what is known; a change of the picture begins anew. */
+  stop() {
+    this.#controller?.abort();
+    this.#say("Stopped.");
+    this.#onState("stopped");
+  }
+
   /** Compares a picture of that size, coarsely first. */
   async start({ width, height }) {
     if (!this.#isOn) return;
@@ -73,10 +82,12 @@ export class ErrorLayer {
   async #refine(width, height, signal) {
     let last = null;
     for (const scale of SCALES) {
-      this.#say(`Comparing at ${scaleText(scale)}…`, last);
+      const what = `Comparing at ${scaleText(scale)}`;
+      this.#say(`${what}…`, last, true);
       this.#onState("working");
       const size = { width: Math.max(Math.round(width * scale), 1), height: Math.max(Math.round(height * scale), 1) };
-      const { blob, numbers } = await this.#patiently({ ...size, signal });
+      const show = (far) => { this.#note.querySelector("p").textContent = progressText(what, far); };
+      const { blob, numbers } = await this.#patiently({ ...size, signal, show });
       const bitmap = await createImageBitmap(blob);
       if (signal.aborted) return;
       this.#show(bitmap);
@@ -107,9 +118,10 @@ export class ErrorLayer {
     bitmap.close();
   }
 
-  /** Writes what goes on; the figures stay where they are known. */
-  #say(text, comparison) {
-    const progress = element("p", { textContent: text, hidden: text === "" });
+  /** Writes what goes on, and how to stop what can be stopped; the figures stay where they are known. */
+  #say(text, comparison, canStop = false) {
+    const stop = canStop ? [button("Stop", () => this.stop(), { className: "small", "aria-label": "Stop comparing" })] : [];
+    const progress = element("div", { className: "progress-line", hidden: text === "" }, element("p", { textContent: text, "aria-live": "off" }), ...stop);
     this.#note.hidden = false;
     if (comparison) this.#note.replaceChildren(progress, ...this.#figures(comparison));
     else if (this.#note.querySelector("dl")) this.#note.firstChild.replaceWith(progress);

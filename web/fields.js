@@ -1,7 +1,9 @@
 // From a schema to a form: fields with labels and tooltips, groups, unions, lists.
 
+import { bindAlternatives } from "./alternatives.js";
 import { LEAVES } from "./controls.js";
-import { button, docNodes, element, freshId, nameAndUnit, plainDoc } from "./dom.js";
+import { button, element } from "./dom.js";
+import { buildFrame, clearButton, kindOptions } from "./frame.js";
 import { buildGroup, buildList } from "./groups.js";
 import { pointerOf } from "./store.js";
 
@@ -31,7 +33,8 @@ export class Form {
 
 /**
  * Builds the field of the value at `path`. `place` tells of its surroundings: `label`, `isRequired`, and
- * `isItem` for an entry of a list, whose own list removes it, `isPanel` where a panel's title names it.
+ * `isItem` for an entry of a list, whose own list removes it, `isPanel` where a panel's title names it; `title` is
+ * shown instead of the label, and `write(value)` stores the value where that takes more than setting it.
  */
 export function buildField(form, rawSchema, path, place) {
   const schema = form.schemas.resolve(rawSchema);
@@ -40,6 +43,8 @@ export function buildField(form, rawSchema, path, place) {
   const value = stored ?? schema.default ?? (isContainer(shape) ? emptyOf(shape) : undefined);
   const spot = { form, rawSchema, schema, path, place, value };
   spot.rebuild = () => rebuild(spot);
+  // Handed down, because groups and lists hold fields and fields hold groups and lists.
+  spot.child = (childSchema, childPath, childPlace) => buildField(form, childSchema, childPath, childPlace);
   if (stored === undefined && value !== undefined) form.store.seed(path, value);
   spot.node = value === undefined || value === null ? buildUnset(spot) : buildShape(spot, shape);
   spot.node.dataset.pointer = pointerOf(path);
@@ -57,11 +62,31 @@ function buildShape(spot, shape) {
   return buildLeaf(spot, LEAVES[shape]);
 }
 
-/** The fields of an object's properties. */
+/** The fields of an object's properties; two that are ways to say the same share one. */
 export function buildProperties({ form, path }, schema) {
   const required = schema.required ?? [];
-  return Object.entries(schema.properties).map(([key, property]) =>
-    buildField(form, property, [...path, key], { label: key, isRequired: required.includes(key) }));
+  const pairs = form.schemas.reciprocals(schema);
+  const isSecond = (key) => pairs.some((pair) => pair.keys[1] === key);
+  return Object.keys(schema.properties).filter((key) => !isSecond(key)).map((key) => {
+    const pair = pairs.find(({ keys }) => keys[0] === key);
+    if (pair) return buildAlternatives(form, path, schema, pair);
+    return buildField(form, schema.properties[key], [...path, key], { label: key, isRequired: required.includes(key) });
+  });
+}
+
+/** The field of the one of two properties that the value is given by, under a select of both. */
+function buildAlternatives(form, path, schema, pair) {
+  const alternatives = bindAlternatives(form, path, schema, pair);
+  const { key, title, write } = alternatives;
+  const own = { ...form.schemas.resolve(schema.properties[key]), nullable: false, default: pair.fallback };
+  const node = buildField(form, own, [...path, key], { label: key, isRequired: true, title, write });
+  alternatives.onSwitch(node, () => {
+    const hadFocus = node.contains(document.activeElement);
+    const next = buildAlternatives(form, path, schema, pair);
+    node.replaceWith(next);
+    if (hadFocus) next.querySelector("select").focus();
+  });
+  return node;
 }
 
 /** Builds the field anew, after a change of what it consists of. */
@@ -70,46 +95,6 @@ function rebuild({ form, rawSchema, path, place, node }) {
   const next = buildField(form, rawSchema, path, place);
   node.replaceWith(next);
   if (hadFocus) next.querySelector("input, select, textarea, button, summary")?.focus();
-}
-
-/**
- * A field's frame: label, the ⓘ that unfolds the doc comment, the control's place, and the place of an error.
- * `names` are the attributes that tie a control to them.
- */
-function buildFrame(spot, description = spot.schema.description) {
-  const { name, unit } = nameAndUnit(String(spot.place.label));
-  const id = freshId("field");
-  const tooltip = plainDoc(description);
-  const label = element("label", { htmlFor: id, title: tooltip }, name);
-  if (unit) label.append(" ", element("span", { className: "unit", textContent: unit }));
-  const about = element("p", { className: "about", id: `${id}-about`, hidden: true }, ...docNodes(description ?? ""));
-  const error = element("p", { className: "field-error", id: `${id}-error`, hidden: true });
-  const row = element("div", { className: "label-row" }, label);
-  if (description) row.append(buildInfo(name, about, tooltip));
-  const control = element("div", { className: "control" });
-  const described = `${description ? `${about.id} ` : ""}${error.id}`;
-  const names = { id, "aria-label": unit ? `${name} in ${unit}` : name, "aria-describedby": described };
-  const node = element("div", { className: "field" }, row, control, about, error);
-  return { node, row, control, names };
-}
-
-/** The ⓘ button: a tooltip for the mouse, and text that unfolds for touch and keyboard. */
-export function buildInfo(name, about, tooltip) {
-  const names = { "aria-label": `About ${name}`, "aria-expanded": "false", "aria-controls": about.id };
-  const info = button("", () => {
-    about.hidden = !about.hidden;
-    info.setAttribute("aria-expanded", String(!about.hidden));
-  }, { className: "info", title: tooltip, ...names });
-  info.append(element("span", { textContent: "i" }));
-  return info;
-}
-
-/** The button that takes an optional value out again. */
-function clearButton({ form, path, place, schema, rebuild }) {
-  const isOptional = !place.isRequired && !place.isItem && (schema.default === undefined || schema.default === null);
-  if (!isOptional) return [];
-  const clear = () => { form.store.set(path, undefined); rebuild(); };
-  return [button("×", clear, { className: "icon", "aria-label": `Leave out ${place.label}`, title: "Leave out" })];
 }
 
 function buildUnset(spot) {
@@ -125,21 +110,16 @@ function buildUnset(spot) {
 }
 
 function buildLeaf(spot, make) {
-  const { form, schema, path } = spot;
+  const { form, schema, path, place } = spot;
   const { node, row, control, names } = buildFrame(spot);
-  const { nodes, show } = make(form.schemas, schema, names, (value) => form.store.set(path, value));
+  const write = place.write ?? ((value) => form.store.set(path, value));
+  const { nodes, show } = make(form.schemas, schema, names, write);
   control.append(...nodes);
   row.append(...clearButton(spot));
   if (nodes[0].type === "select-one") node.classList.add("inline");
   if (nodes[0].type === "checkbox") node.classList.add("inline", "tight");
   form.bind(node, () => show(form.store.get(path) ?? schema.default));
   return node;
-}
-
-/** The kinds of a tagged union, for a select. */
-export function kindOptions(variants) {
-  return variants.map(({ value, schema }) =>
-    element("option", { value, textContent: String(value).replaceAll("_", " "), title: plainDoc(schema.description) }));
 }
 
 /** A tagged union: a select of its kinds, and the chosen kind's own fields below. */

@@ -1,7 +1,7 @@
 // Foldable groups and lists. What is folded is not built: a scene may hold hundreds of thousands of values.
 
 import { button, docNodes, element, freshId, nameAndUnit, plainDoc } from "./dom.js";
-import { buildField, buildInfo, kindOptions } from "./fields.js";
+import { buildInfo, kindOptions } from "./frame.js";
 import { pointerOf } from "./store.js";
 
 // A longer list shows one entry at a time.
@@ -99,11 +99,10 @@ function buildItem(spot, index) {
 }
 
 function buildItemBody(spot, index) {
-  const { form, schema, path, place } = spot;
-  const { schemas } = form;
+  const { form: { schemas }, schema, path, place } = spot;
   const isTagged = schemas.shape(schemas.resolve(schema.items)) === "tagged";
   const label = isTagged ? "kind" : `${place.label} ${index + 1}`;
-  const field = buildField(form, schema.items, [...path, index], { label, isRequired: true, isItem: true });
+  const field = spot.child(schema.items, [...path, index], { label, isRequired: true, isItem: true });
   return [field, buildItemActions(spot, index)];
 }
 

@@ -11,6 +11,7 @@ const NOT_IN_VIEW = ["scene", "width", "height", "quality", "layer"];
 const SCENE_PANELS = ["fog", "lights", "camera", "surfaces"];
 // For editors of files.
 const NOT_IN_WORLD = ["$schema"];
+const INPUTS = ":scope > .control :is(input, select, textarea, button)";
 const OPEN_AT_FIRST = ["view", "fog"];
 
 export class Panels {
@@ -62,7 +63,7 @@ export class Panels {
       return;
     }
     if (store.get(path) === undefined) store.seed(path, schema.default ?? {});
-    body.append(...buildAbout(schema.description), ...buildProperties({ form: this.#form, path }, schema));
+    body.append(...buildAbout(schema.description), ...buildProperties({ form: this.#form, path }, listsFirst(schemas, schema)));
   }
 
   /** Brings every control up to date with the request. */
@@ -109,6 +110,14 @@ function without(schema, keys) {
   return { ...schema, properties: Object.fromEntries(properties) };
 }
 
+/** The same schema with its lists in front: what a part of the scene is made of comes before how it is treated. */
+function listsFirst(schemas, schema) {
+  const isList = ([, property]) => schemas.shape(schemas.resolve(property)) === "list";
+  const all = Object.entries(schema.properties);
+  const properties = [...all.filter(isList), ...all.filter((entry) => !isList(entry))];
+  return { ...schema, properties: Object.fromEntries(properties) };
+}
+
 function unfold(node, pointer) {
   if (node.tagName === "DETAILS") ensureBuilt(node);
   const index = Number(pointer.slice(node.dataset.pointer.length + 1).split("/")[0]);
@@ -117,18 +126,20 @@ function unfold(node, pointer) {
 }
 
 function mark(node, detail) {
-  node.classList.add("has-error");
   const text = node.querySelector(".field-error");
   if (text) {
-    text.textContent = detail;
+    // Several numbers of one colour may be wrong, each in its own way.
+    const others = node.classList.contains("has-error") ? `${text.textContent}; ` : "";
+    text.textContent = `${others}${detail}`;
     text.hidden = false;
   }
-  for (const input of node.querySelectorAll(":scope > .control > *")) input.setAttribute("aria-invalid", "true");
+  node.classList.add("has-error");
+  for (const input of node.querySelectorAll(INPUTS)) input.setAttribute("aria-invalid", "true");
 }
 
 function unmark(node) {
   node.classList.remove("has-error");
   const text = node.querySelector(".field-error");
   if (text) text.hidden = true;
-  for (const input of node.querySelectorAll(":scope > .control > *")) input.removeAttribute("aria-invalid");
+  for (const input of node.querySelectorAll(INPUTS)) input.removeAttribute("aria-invalid");
 }

@@ -146,6 +146,17 @@ export class Schemas {
     return Math.max(index, 0);
   }
 
+  /**
+   * Pairs of an object's properties that say the same quantity, each the `product` divided by the other (the keyword
+   * `x-reciprocal-of`): `[{keys, product, fallback}]`, where `fallback` is the first one's value if neither is given.
+   */
+  reciprocals(schema) {
+    return Object.keys(schema.properties ?? {}).flatMap((key) => {
+      const { property, product, default: fallback } = this.resolve(schema.properties[key])["x-reciprocal-of"] ?? {};
+      return schema.properties[property] ? [{ keys: [property, key], product, fallback }] : [];
+    });
+  }
+
   /** A value to begin with: the default, an example, or the plainest that the schema allows. */
   initial(raw, depth = 0) {
     const schema = this.resolve(raw);
@@ -188,6 +199,9 @@ export class Schemas {
     return /rgb|colou?r|albedo/i.test(`${schema.refName ?? ""} ${schema.format ?? ""}`) && this.elements(schema)?.length === 3;
   }
 }
+
+/** Where a quantity usually lies and how a slider moves there (the keyword `x-usual`): `{min, max, scale}` or `undefined`. */
+export const usual = (schema) => schema["x-usual"];
 
 /** The least and greatest value of a number; infinite where the schema names none. */
 export function bounds(schema) {

@@ -11,8 +11,10 @@ export function bindStatus(line, reveal) {
 
   function show(error, retryIn_ms) {
     const again = retryIn_ms === undefined ? "" : ` Trying again in ${Math.max(Math.round(retryIn_ms / 1000), 1)} s.`;
-    const text = `${error.message}${again}`;
     const errors = (error.errors ?? []).slice(0, ERRORS_MOST);
+    // The server's own sentence may be the first of the errors over again.
+    const repeats = errors.length > 0 && error.message.endsWith(errors[0].detail);
+    const text = `${repeats ? "This cannot be rendered:" : error.message}${again}`;
     // Written only when it differs: a screen reader reads every change of an alert.
     const key = JSON.stringify([text, errors]);
     if (key === shown) return;

@@ -33,7 +33,7 @@ export class Viewer {
 
   /**
    * `render({quality, width, height, signal})` answers what `api.render` does. Events: `phase(name)` with `loading`,
-   * `draft`, `full` or `error`; `frame(info)` after each picture; `problem(error, retryIn_ms)`.
+   * `draft`, `full`, `error` or `stopped`; `frame(info)` after each picture; `problem(error, retryIn_ms)`.
    */
   constructor(canvas, render, events) {
     this.#canvas = canvas;
@@ -51,6 +51,21 @@ export class Viewer {
   change() {
     this.#version += 1;
     this.#changedAt_ms = performance.now();
+    this.#events.phase("loading");
+    this.#pump();
+  }
+
+  /** Gives up the picture on its way; the next one is made when something changes, or on `resume()`. */
+  stop() {
+    this.#refused = this.#version;
+    this.#flight?.controller.abort();
+    clearTimeout(this.#timer);
+    this.#events.phase("stopped");
+  }
+
+  /** Makes the picture that was stopped after all. */
+  resume() {
+    this.#refused = 0;
     this.#events.phase("loading");
     this.#pump();
   }

@@ -147,7 +147,15 @@ impl Pair {
 
     /// Whether a side is the reference, which takes its time.
     pub fn is_slow(&self) -> bool {
-        self.estimators.contains(&Estimator::Scene(Airlight::Reference))
+        self.estimators.iter().any(is_reference)
+    }
+
+    /// Share of the first side in the work, roughly, for the progress of both.
+    fn share_of_a(&self) -> f64 {
+        /// The reference takes from tens to thousands of times as long as any other.
+        const SLOWNESS: f64 = 50.0;
+        let [a, b] = self.estimators.map(|side| if is_reference(&side) { SLOWNESS } else { 1.0 });
+        a / (a + b)
     }
 
     fn view(&self, estimator: Estimator) -> View {
@@ -163,6 +171,10 @@ impl Pair {
             estimator: Some(estimator),
         }
     }
+}
+
+fn is_reference(estimator: &Estimator) -> bool {
+    *estimator == Estimator::Scene(Airlight::Reference)
 }
 
 /// How far `a` is from `b`. The error of a pixel is (a − b) / max(b, 0.001 · mean b), where a and b
@@ -229,8 +241,11 @@ pub fn run(
 ) -> Result<Compared, Interrupted> {
     let [view_a, view_b] = pair.estimators.map(|estimator| pair.view(estimator));
     let began = Instant::now();
+    let middle = pair.share_of_a();
+    progress.stretch(0.0, middle);
     let a = renderer.render(scene, &view_a, progress)?;
     let between = Instant::now();
+    progress.stretch(middle, 1.0);
     let b = renderer.render(scene, &view_b, progress)?;
     let after = Instant::now();
     let errors = Errors::new(&luminances(&a), &luminances(&b));

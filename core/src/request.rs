@@ -33,6 +33,7 @@ pub struct RenderRequest {
     /// Exposure of 8-bit pictures [stops].
     #[serde(default)]
     #[schemars(range(min = limits::EXPOSURE.min, max = limits::EXPOSURE.max))]
+    #[schemars(extend("x-usual" = limits::USUAL_EXPOSURE))]
     pub exposure_ev: f64,
     /// How the radiance of 8-bit pictures is brought onto a screen.
     #[serde(default)]

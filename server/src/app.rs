@@ -9,8 +9,10 @@ use crate::origin::Names;
 use crate::problem::Problem;
 use crate::queue::Queue;
 use crate::routes::{
-    compare, health, limits, models, openapi, optical_depth, page, presets, probe, render, selftest,
+    compare, health, limits, models, openapi, optical_depth, page, presets, probe, progress,
+    render, selftest,
 };
+use crate::watch::Watch;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
@@ -40,6 +42,7 @@ pub fn routes() -> Vec<Route> {
         route("/v1/optical-depth", post(optical_depth::render), optical_depth::operation),
         route("/v1/probe", post(probe::probe), probe::operation),
         route("/v1/compare", post(compare::compare), compare::operation),
+        route("/v1/progress/{job}", get(progress::progress), progress::operation),
         route("/v1/selftest", post(selftest::selftest), selftest::operation),
         route("/v1/models", get(models::list), models::operation),
         route("/v1/presets", get(presets::list), presets::operation),
@@ -74,6 +77,8 @@ impl Phase {
 pub struct App {
     /// The renderer.
     pub queue: Arc<Queue<Renderer>>,
+    /// Jobs that clients may ask about.
+    pub watch: Watch,
     /// Reads bodies.
     pub intake: Intake,
     /// What answers may take.
@@ -100,6 +105,7 @@ impl App {
         Ok(Self {
             has_fallen_back: renderer.fallback(),
             queue: Arc::new(Queue::start(options.queue, renderer)?),
+            watch: Watch::default(),
             intake: Intake::new(parsers),
             answers: Answers::new(),
             names: Arc::new(Names::new(&options.listen, &options.allow_host)),

@@ -21,6 +21,7 @@ mod routes;
 mod serve;
 mod session;
 mod socket;
+mod watch;
 
 use clap::Parser;
 use cli::{Cli, Command};

@@ -3,6 +3,7 @@
 use crate::answer::JSON;
 use crate::app;
 use crate::problem::{self, Problem};
+use crate::watch;
 use axum::http::StatusCode;
 use fogbank_core::image::Format;
 use fogbank_core::scene::Scene;
@@ -42,6 +43,7 @@ pub struct Operation {
     examples: Map<String, Value>,
     content: Map<String, Value>,
     headers: Map<String, Value>,
+    parameters: Vec<Value>,
     refusals: Vec<StatusCode>,
 }
 
@@ -78,6 +80,7 @@ impl Operation {
             examples: Map::new(),
             content: Map::new(),
             headers: Map::new(),
+            parameters: Vec::new(),
             refusals: ALWAYS.to_vec(),
         }
     }
@@ -120,8 +123,10 @@ impl Operation {
 
     /// Answers a picture in one of `formats`, by `Accept`.
     pub fn picture(self, formats: &[Format]) -> Self {
+        let job = "An id of the client's choice: `/v1/progress/{job}` tells how far the job is.";
         let operation = self
-            .refuses(&[StatusCode::NOT_ACCEPTABLE])
+            .refuses(&[StatusCode::NOT_ACCEPTABLE, StatusCode::CONFLICT])
+            .parameter("header", watch::HEADER, job)
             .header("ETag", "The same bytes have the same tag.")
             .header("Fog-Backend", "Where the picture was made.")
             .header("Fog-Quality", "`draft` or `full`.")
@@ -131,6 +136,15 @@ impl Operation {
         formats.iter().fold(operation, |operation, format| {
             operation.content(format.content_type(), bytes.clone())
         })
+    }
+
+    /// Takes a parameter in the request's `path` or `header`.
+    pub fn parameter(mut self, place: &str, name: &str, description: &str) -> Self {
+        let schema = json!({ "type": "string", "pattern": watch::ID_PATTERN });
+        let is_required = place == "path";
+        self.parameters.push(json!({ "in": place, "name": name, "required": is_required,
+            "description": description, "schema": schema }));
+        self
     }
 
     /// The answer carries this header.
@@ -169,6 +183,9 @@ impl Operation {
             responses.insert(status.as_str().into(), reference);
         }
         operation["responses"] = responses.into();
+        if !self.parameters.is_empty() {
+            operation["parameters"] = self.parameters.into();
+        }
         json!({ self.method: operation })
     }
 }
@@ -212,6 +229,8 @@ fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
         (StatusCode::BAD_REQUEST, "The body is not JSON, or the request not HTTP."),
         (StatusCode::FORBIDDEN, "A page of another site must not use this server."),
         (StatusCode::NOT_ACCEPTABLE, "`Accept` takes no format that is offered."),
+        (StatusCode::NOT_FOUND, "There is nothing of that name."),
+        (StatusCode::CONFLICT, "Another job that waits or runs has this `Fog-Job`."),
         (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
         (StatusCode::PAYLOAD_TOO_LARGE, "The body is larger than `/v1/limits` allows."),
         (StatusCode::URI_TOO_LONG, "The address is too long."),

@@ -6,12 +6,14 @@ use crate::budget::{Client, Held};
 use crate::estimate::{lane_of_picture, picture_bytes};
 use crate::problem::Problem;
 use crate::queue::Order;
+use crate::watch::JobId;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::image::{EncodeError, Format};
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a renderer made as a file, with what its headers say besides.
@@ -32,10 +34,11 @@ pub type Timed<T> = (T, Vec<(&'static str, Duration)>);
 /// Renders `view` when its turn comes, encodes it and says how long each step took.
 ///
 /// # Errors
-/// 503 when there is no place, 504 past the deadline, 500 when something broke.
+/// Those of [`answer_job`].
 pub async fn answer(
     app: &App,
     client: Client,
+    job: Option<JobId>,
     scene: CheckedScene,
     view: View,
     format: Format,
@@ -50,22 +53,24 @@ pub async fn answer(
         let timings = std::mem::take(&mut frame.timings);
         Ok((frame, timings))
     };
-    answer_job(app, order, room, view.quality, render, encode).await
+    answer_job(app, order, room, job, view.quality, render, encode).await
 }
 
 /// Does `work` when its turn comes, encodes what it made into the room that is reserved for it and
-/// says how long each step took.
+/// says how long each step took. Until then clients may ask how far it is.
 ///
 /// # Errors
-/// 503 when there is no place, 504 past the deadline, 500 when something broke.
+/// 409 when another job has that id, 503 when there is no place, 504 past the deadline, 500 when something broke.
 pub async fn answer_job<T: Send + 'static>(
     app: &App,
     order: Order,
     room: Held,
+    job: Option<JobId>,
     quality: Quality,
     work: impl FnOnce(&Renderer, &Progress) -> Result<Timed<T>, Interrupted> + Send + 'static,
     encode: impl FnOnce(&T) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
+    let _watched = job.map(|id| app.watch.add(id, &order.progress)).transpose()?;
     let done = app.queue.run(order, work).await?;
     let ((value, timings), waited) = (done.value, done.waited);
     let finish = move || {

@@ -181,6 +181,7 @@ impl<W: Send + Sync + 'static> Queue<W> {
         let (accepted, running) = (Instant::now(), Arc::clone(&watched.progress));
         let work = Box::new(move |worker: &W| {
             let waited = accepted.elapsed();
+            running.begin();
             let result = catch_unwind(AssertUnwindSafe(|| work(worker, &running)));
             // Nobody listens any more when the caller left; that is fine.
             let _ = reply.send((result, waited));

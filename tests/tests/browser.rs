@@ -1,6 +1,7 @@
 //! The page in a browser, driven by `web/page.js`.
 
 use fogbank_tests::server::Server;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
@@ -21,4 +22,30 @@ fn the_page_works_in_a_browser() {
     let complained = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}\n{complained}");
     assert!(said.lines().filter(|line| line.starts_with("ok ")).count() >= 12, "{said}");
+}
+
+#[test]
+fn no_module_of_the_page_imports_itself_by_way_of_others() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../web");
+    let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let scripts = files.filter(|path| path.extension().is_some_and(|end| end == "js"));
+    let mut imports: BTreeMap<_, _> = scripts
+        .map(|path| {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let imported = text.lines().filter_map(|line| line.split_once(" from \"./"));
+            let imported = imported.filter_map(|(_, rest)| rest.strip_suffix("\";"));
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            (name, imported.map(str::to_owned).collect::<Vec<_>>())
+        })
+        .collect();
+    assert!(imports["app.js"].len() > 10, "{imports:?}");
+    // What imports nothing that is left falls away, until only circles and their importers are left.
+    loop {
+        let left: Vec<_> = imports.keys().cloned().collect();
+        imports.retain(|_, imported| imported.iter().any(|name| left.contains(name)));
+        if imports.len() == left.len() {
+            break;
+        }
+    }
+    assert!(imports.is_empty(), "{imports:#?}");
 }

@@ -10,6 +10,8 @@ const FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", 
   "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 
 const complaints = [];
+/** What the page posted: for each request its path and a promise of its headers. */
+const posted = [];
 let page;
 
 /** Opens the page in a window of its own and collects everything that it complains of. */
@@ -18,7 +20,12 @@ async function open(browser, options, query = "") {
   page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
   page.on("console", (message) => {
+    // A job that ended while it was asked for is unknown, which the browser itself notes.
+    if (message.location().url.includes("/v1/progress/")) return;
     if (["error", "warning"].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
+  });
+  page.on("request", (request) => {
+    if (request.method() === "POST") posted.push({ path: new URL(request.url()).pathname, headers: request.allHeaders() });
   });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("requestfailed", (request) => {
@@ -68,8 +75,150 @@ const SIMPLE = {
 const PATCHY = { ...SIMPLE, fog: { terms: [{ kind: "gaussians", blobs: [
   { center: [-1, 1, 1], radius: 1.5, extinction: 0.4 }, { center: [1.5, 2, 1], radius: 0.8, extinction: 1 },
 ] }] } };
+// Minutes of work.
+const SLOW = { ...SIMPLE, fog: { airlight: "reference", terms: [{ kind: "gaussians", blobs: Array.from({ length: 16 }, (_, i) =>
+  ({ center: [i % 7 - 3, i % 3, i % 5 - 2], radius: 0.7, extinction: 0.5 })) }] } };
+const at = (pointer, rest = "") => page.locator(`[data-pointer="${pointer}"]:not(details) ${rest}`).last();
+const scene = () => page.evaluate(() => window.fogbank.request.scene);
 const errorState = () => page.evaluate(() => document.documentElement.dataset.errors);
 const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
+
+/** Puts a value into a control, which must lead to a full picture, and answers the scene. */
+async function put(control, value) {
+  await toFull(async () => { await control.fill(String(value)); await control.blur(); });
+  return scene();
+}
+
+const isNear = (a, b, share = 1e-6) => assert.ok(Math.abs(a - b) <= share * Math.abs(b), `${a} is not ${b}`);
+
+async function slowPictures() {
+  await holds("a slow picture says how far it is, and can be stopped and made after all", async () => {
+    // The bar's value once it is more than that; false while no bar is shown.
+    const moreThan = (from) => until((least) => {
+      const { hidden, innerText } = document.getElementById("progress");
+      const { value } = document.querySelector("#progress progress");
+      return !hidden && /: \d+ %/.test(innerText) && value > least && value;
+    }, from).then((value) => value.jsonValue());
+    await page.evaluate((slow) => window.fogbank.load(slow), SLOW);
+    await moreThan(await moreThan(0));
+    await shot("progress");
+    await page.locator("#progress button", { hasText: "Stop" }).click();
+    assert.equal(await page.evaluate(() => document.documentElement.dataset.frame), "stopped");
+    assert.match(await page.locator("#progress").innerText(), /Stopped/);
+    const renders = await count("renders");
+    const job = (await posted.findLast(({ path }) => path === "/v1/render").headers)["fog-job"];
+    const forgotten = async () => (await fetch(`http://${address}/v1/progress/${job}`)).status === 404;
+    for (const end = Date.now() + PATIENCE_MS; !(await forgotten());) assert.ok(Date.now() < end, "the server goes on");
+    assert.equal(await count("renders"), renders, "nothing is asked for after a stop");
+    await page.locator("#progress button", { hasText: "Render" }).click();
+    await until((from) => window.fogbank.counts.renders > from, renders);
+    await moreThan(0);
+    await load(SIMPLE);
+    assert.equal(await page.locator("#progress").isVisible(), false);
+  });
+}
+
+async function controls() {
+  await holds("exposure slides over eight stops to either side, and takes more as a number", async () => {
+    const slider = at("/exposure_ev", "input[type=range]");
+    assert.deepEqual([await slider.getAttribute("min"), await slider.getAttribute("max")], ["-8", "8"]);
+    const dark = await pixels();
+    await put(slider, 3);
+    assert.equal(await page.evaluate(() => window.fogbank.request.exposure_ev), 3);
+    assert.notEqual(await pixels(), dark);
+    await put(at("/exposure_ev", "input[type=number]"), 12);
+    assert.equal(Number(await slider.inputValue()), 12);
+    await put(at("/exposure_ev", "input[type=number]"), 0);
+    assert.equal(await slider.getAttribute("max"), "8");
+  });
+  await holds("extinction slides through powers of ten", async () => {
+    await reveal("/scene/fog/terms/0/extinction");
+    const slider = at("/scene/fog/terms/0/extinction", "input[type=range]");
+    const field = at("/scene/fog/terms/0/extinction", "input[type=number]");
+    assert.deepEqual([await slider.getAttribute("min"), await slider.getAttribute("max")], ["-4", "1"]);
+    assert.equal((await put(slider, -1)).fog.terms[0].extinction, 0.1);
+    assert.equal(await field.inputValue(), "0.1");
+    assert.equal((await put(field, 0.001)).fog.terms[0].extinction, 0.001);
+    assert.equal(Number(await slider.inputValue()), -3);
+    await put(field, 0);
+    assert.equal(Number(await slider.inputValue()), -4);
+    await put(field, 0.1);
+  });
+  await holds("extinction and visibility convert into each other, and only one is sent", async () => {
+    const before = await pixels();
+    const choose = (from, to) => toFull(() => at(`/scene/fog/terms/0/${from}`, "select").selectOption(to));
+    const term = async () => (await scene()).fog.terms[0];
+    await choose("extinction", "visibility_m");
+    assert.equal((await term()).extinction, undefined);
+    isNear((await term()).visibility_m, -Math.log(0.05) / 0.1);
+    assert.equal(await pixels(), before, "the fog stays what it was");
+    await put(at("/scene/fog/terms/0/visibility_m", "input[type=number]"), 60);
+    assert.deepEqual(await term(), { id: "mist", kind: "homogeneous", visibility_m: 60 });
+    await shot("visibility");
+    await choose("visibility_m", "extinction");
+    isNear((await term()).extinction, -Math.log(0.05) / 60);
+    assert.equal((await term()).visibility_m, undefined);
+  });
+  await holds("a term that gives neither shows its own extinction, and a script's change is followed", async () => {
+    await load({ ...SIMPLE, fog: { terms: [{ kind: "homogeneous" }] } });
+    await reveal("/scene/fog/terms/0/extinction");
+    assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.02");
+    await toFull(() => at("/scene/fog/terms/0/extinction", "select").selectOption("visibility_m"));
+    isNear((await scene()).fog.terms[0].visibility_m, -Math.log(0.05) / 0.02);
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "terms", 0], { kind: "homogeneous", extinction: 0.3 })));
+    assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.3");
+  });
+  await holds("a lamp has a strength and a colour, and exact numbers", async () => {
+    await load(SIMPLE);
+    await page.locator('[data-pointer="/scene/lights"] > summary').click();
+    const lamp = (rest) => at("/scene/lights/0/intensity", rest);
+    const strength = lamp("input[aria-label='intensity in W/sr, strength']");
+    assert.equal(await strength.inputValue(), "80");
+    assert.deepEqual((await put(strength, 160)).lights[0].intensity, [160, 140, 100]);
+    assert.deepEqual((await put(lamp("input[type=range]"), 1)).lights[0].intensity, [10, 8.75, 6.25]);
+    assert.deepEqual((await put(lamp("input[type=color]"), "#0000ff")).lights[0].intensity, [0, 0, 10]);
+    assert.deepEqual((await put(lamp("input[title=g]"), 4.5)).lights[0].intensity, [0, 4.5, 10]);
+    await put(strength, 0);
+    assert.deepEqual((await put(strength, 20)).lights[0].intensity, [0, 9, 20], "a lamp that is turned on again has its colour");
+    await shot("lamp");
+  });
+  await holds("whatever else the server says of a problem, the page shows what and where", async () => {
+    const errors = [{ pointer: "/scene/far_m", detail: "no such distance", code: "out_of_range", more: { min: 1 } }];
+    const body = JSON.stringify({ type: "about:blank", title: "x", status: 422, detail: "wrong", errors, trace: ["y"] });
+    await page.route("**/v1/render", (route) => route.fulfill({ status: 422, contentType: "application/problem+json", body }));
+    await page.evaluate(() => window.fogbank.set(["scene", "far_m"], 100));
+    await phase("error");
+    assert.match(await page.locator("#status").innerText(), /wrong[^]*\/scene\/far_m no such distance/);
+    await page.unroute("**/v1/render");
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "far_m"], 1000)));
+    assert.ok(complaints.splice(0).every((text) => text.includes("422")));
+  });
+  await holds("every wrong number of a colour is told of, once", async () => {
+    await page.evaluate(() => window.fogbank.set(["scene", "lights", 0, "intensity"], [-1, 2, -3]));
+    await phase("error");
+    assert.match(await at("/scene/lights/0/intensity").innerText(), /-1 is not[^]*; -3 is not/);
+    assert.equal((await page.locator("#status").innerText()).match(/-1 is not/g).length, 1);
+    await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "lights", 0, "intensity"], [80, 70, 50])));
+    assert.ok(complaints.splice(0).every((text) => text.includes("422")));
+  });
+  await holds("every control has a name", async () => {
+    await unfoldAll();
+    const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, textarea")]
+      .filter((node) => !node.getAttribute("aria-label") && !node.labels?.length && !(node.tagName === "BUTTON" && node.textContent.trim()))
+      .map((node) => node.outerHTML));
+    assert.deepEqual(nameless, []);
+  });
+}
+
+/** Unfolds whatever can be unfolded, and what is in that. */
+async function unfoldAll() {
+  const folded = () => page.locator("details:not([open])").count();
+  while (await folded()) {
+    await page.evaluate(() => document.querySelectorAll("details:not([open])").forEach((fold) => { fold.open = true; }));
+    // What a fold holds is built when the browser tells of the toggle.
+    await page.evaluate(() => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); }));
+  }
+}
 
 async function onADesk(browser) {
   await open(browser, { viewport: { width: 1280, height: 800 } });
@@ -160,6 +309,16 @@ async function onADesk(browser) {
     assert.match(tooltip, /median/i);
     assert.ok(await count("comparisons") >= before + 3);
   });
+  await holds("a comparison says how far it is, and can be stopped", async () => {
+    await page.evaluate(() => { window.fogbank.lastComparison = null; });
+    await load({ ...SLOW, fog: { ...SLOW.fog, airlight: "auto" } });
+    await until(() => window.fogbank.lastComparison?.scale >= 1 / 16 && /: \d+ %/.test(document.getElementById("errors-note").innerText));
+    await page.locator("#errors-note button").click();
+    assert.equal(await errorState(), "stopped");
+    assert.match(await page.locator("#errors-note").innerText(), /Stopped.[^]*median/);
+    await load(PATCHY);
+    await until(() => document.documentElement.dataset.errors === "working");
+  });
   await holds("a move of the camera gives the errors up, and they come again when it rests", async () => {
     const requests = [];
     page.on("requestfailed", (request) => requests.push(request.url()));
@@ -233,6 +392,8 @@ async function onADesk(browser) {
     assert.equal(await page.evaluate(() => window.fogbank.request.scene.fog.terms[0].extinction), 0.3);
     assert.equal(await page.locator("#scene-dialog").isVisible(), false);
   });
+  await slowPictures();
+  await controls();
   await holds("every preset is shown in full", async () => {
     const names = await page.locator("#preset option").evaluateAll((options) => options.map(({ value }) => value));
     assert.ok(names.length >= 7);
@@ -245,6 +406,16 @@ async function onADesk(browser) {
     const [before, now] = [await count("renders"), await page.evaluate(() => performance.now())];
     await until((from) => performance.now() > from + 1000, now);
     assert.equal(await count("renders"), before);
+  });
+  await holds("what is posted says that it is JSON from this very page", async () => {
+    for (const path of ["/v1/render", "/v1/compare", "/v1/probe"]) {
+      const all = await Promise.all(posted.filter((post) => post.path === path).map(({ headers }) => headers));
+      assert.ok(all.length > 0, path);
+      assert.ok(all.every((headers) => headers["content-type"] === "application/json"), path);
+      // What was given up before it left has not got all of its headers.
+      const sites = new Set(all.map((headers) => headers["sec-fetch-site"]).filter(Boolean));
+      assert.deepEqual([...sites], ["same-origin"], path);
+    }
   });
 }
 
@@ -266,6 +437,13 @@ async function onAPhone(browser) {
     assert.ok(widths[0] <= 390 && widths[1] <= 390, `${widths}`);
     const box = await page.locator("#picture").boundingBox();
     assert.ok(box.width >= 350 && box.height >= 200, JSON.stringify(box));
+  });
+  await holds("no control reaches beyond a phone's edge", async () => {
+    await load(SIMPLE);
+    await unfoldAll();
+    const beyond = await page.evaluate(() => [...document.querySelectorAll("#side :is(button, input, select, textarea)")]
+      .filter((node) => node.getBoundingClientRect().right > window.innerWidth).map((node) => node.outerHTML));
+    assert.deepEqual(beyond, []);
   });
   await holds("a tap probes", async () => {
     const box = await page.locator("#picture").boundingBox();

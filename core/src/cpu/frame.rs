@@ -293,10 +293,10 @@ fn fog(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Fog {
     // What a draft interpolates reaches farther.
     let across = if context.view.quality == Quality::Draft { 4 } else { 2 };
     let blocks = context.grid.blocks(across);
-    context.progress.start(blocks.len());
+    let tiles = if context.shows_fog() { context.grid.count() } else { 0 };
+    context.progress.start(tiles, 1.0);
     let done: Vec<_> = blocks.par_iter().map(|block| fog_of(context, hits, low, block)).collect();
-    let shown = if context.shows_fog() { context.grid.count() } else { 0 };
-    let mut fog = Fog { along_views: vec![Fogged::clear(); shown], edges: Vec::new() };
+    let mut fog = Fog { along_views: vec![Fogged::clear(); tiles], edges: Vec::new() };
     for (block, done) in blocks.iter().zip(done) {
         block.iter().zip(done.along_views).for_each(|(i, value)| fog.along_views[*i] = value);
         fog.edges.extend(done.edges);
@@ -308,7 +308,6 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     if context.progress.is_over() {
         return Fog { along_views: Vec::new(), edges: Vec::new() };
     }
-    context.progress.advance();
     let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
     let rays: Vec<_> = block.iter().map(rays).collect();
     let samples: Vec<_> = block.iter().map(|index| Samples::new(context, hits, *index)).collect();
@@ -317,9 +316,15 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     let ends = |(index, rays): (&usize, _)| Ends { rays, hits: &hits[*index] };
     let mut ends: Vec<_> = block.iter().zip(&rays).take(tiles).map(ends).collect();
     ends.extend(samples.iter().flat_map(Samples::ends));
-    let fog = |(at, Ends { rays, hits }): (usize, &Ends)| match low {
-        Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
-        _ => context.fog(rays, hits),
+    let fog = |(at, Ends { rays, hits }): (usize, &Ends)| {
+        let fogged = match low {
+            Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
+            _ => context.fog(rays, hits),
+        };
+        if at < tiles {
+            context.progress.advance();
+        }
+        fogged
     };
     let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
     if context.method == Method::Mapped && context.shows_airlight() {

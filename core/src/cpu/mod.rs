@@ -50,12 +50,16 @@ impl Cpu {
     ) -> Result<Vec<RayAnswer>, Interrupted> {
         const RAYS_A_JOB: usize = 64;
         let (geometry, field) = (self.cache.geometry(scene), self.cache.field(scene));
-        progress.start(rays.len());
+        progress.start(rays.len(), 1.0);
         let jobs = rays.par_chunks(RAYS_A_JOB).map(|rays| {
             let mut prober = Prober::new(scene, &geometry, &field);
             let answer = |ray| {
+                if progress.is_over() {
+                    return Err(Interrupted);
+                }
+                let answer = prober.answer(ray);
                 progress.advance();
-                if progress.is_over() { Err(Interrupted) } else { Ok(prober.answer(ray)) }
+                Ok(answer)
             };
             rays.iter().map(answer).collect::<Result<Vec<_>, _>>()
         });

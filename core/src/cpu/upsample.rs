@@ -18,6 +18,8 @@ const LIKE: f32 = 0.1;
 const ENOUGH: f32 = 0.25;
 /// Pixels around a lamp's image that are computed themselves.
 const GLOW: f64 = 12.0;
+/// Of a draft's work, for its progress; how many pixels are computed themselves turns out later.
+const SHARE: f64 = 0.5;
 
 /// The computed pixels.
 pub struct Low {
@@ -47,6 +49,7 @@ impl Low {
     pub fn render(context: &Context, hits: &[Hits]) -> Self {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
+        context.progress.start(grid.count(), SHARE);
         let tiles: Vec<_> = (0..grid.count())
             .into_par_iter()
             .map(|index| {
@@ -58,6 +61,7 @@ impl Low {
                 } else {
                     rows_for_lamps(context)
                 };
+                context.progress.advance();
                 (hits, fogged, depths)
             })
             .collect();

@@ -16,6 +16,7 @@ pub struct Fog {
     /// Into which directions the fog scatters.
     pub phase: Phase,
     /// Radiance of the veil that dense fog tends to [W/(m² sr)], besides the light of the lamps.
+    #[schemars(extend("x-usual" = limits::USUAL_RADIANCE))]
     pub ambient: Rgb,
     /// How the light scattered into a view ray is computed.
     pub airlight: Airlight,
@@ -153,10 +154,13 @@ pub struct Homogeneous {
     /// Extinction β [1/m]; 0.02 when neither it nor the visibility is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))]
+    #[schemars(extend("x-usual" = limits::USUAL_EXTINCTION))]
     pub extinction: Option<f64>,
     /// Meteorological visibility V [m]: extinction = −ln 0.05 / V.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = limits::VISIBILITY.min, max = limits::VISIBILITY.max))]
+    #[schemars(extend("x-usual" = limits::USUAL_VISIBILITY))]
+    #[schemars(extend("x-reciprocal-of" = ReciprocalOf::extinction()))]
     pub visibility_m: Option<f64>,
     /// How the extinction depends on height.
     pub vertical: Vertical,
@@ -177,12 +181,33 @@ impl Default for Homogeneous {
 impl Homogeneous {
     /// Extinction β [1/m] of this term.
     pub fn extinction_per_m(&self) -> f64 {
-        const CONTRAST_THRESHOLD: f64 = 0.05;
+        let ReciprocalOf { product, default, .. } = ReciprocalOf::extinction();
         match (self.extinction, self.visibility_m) {
             (Some(extinction), _) => extinction,
-            (None, Some(visibility_m)) => -CONTRAST_THRESHOLD.ln() / visibility_m,
-            (None, None) => 0.02,
+            (None, Some(visibility_m)) => product / visibility_m,
+            (None, None) => default,
         }
+    }
+}
+
+/// Says of a number that it is another way to give a property beside it: the hint `x-reciprocal-of`
+/// of the JSON schema. With it a client converts one into the other and need not know why they are
+/// related.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct ReciprocalOf {
+    /// The property.
+    property: &'static str,
+    /// The number times that property.
+    product: f64,
+    /// What that property is when neither is given.
+    default: f64,
+}
+
+impl ReciprocalOf {
+    /// A black object at the meteorological visibility keeps 5 % of its contrast.
+    fn extinction() -> Self {
+        const CONTRAST_THRESHOLD: f64 = 0.05;
+        Self { property: "extinction", product: -CONTRAST_THRESHOLD.ln(), default: 0.02 }
     }
 }
 
@@ -232,6 +257,7 @@ pub struct Blob {
     pub radius: f64,
     /// Extinction at the centre [1/m].
     #[schemars(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))]
+    #[schemars(extend("x-usual" = limits::USUAL_EXTINCTION))]
     pub extinction: f64,
 }
 

@@ -44,6 +44,7 @@ pub struct Point {
     /// Where it is [m].
     pub position: Vec3,
     /// Radiant intensity per channel [W/sr].
+    #[schemars(extend("x-usual" = limits::USUAL_INTENSITY))]
     pub intensity: Rgb,
 }
 

@@ -51,6 +51,49 @@ pub const TIME: Range = Range::new(-1e9, 1e9);
 /// Exposure of a picture [stops].
 pub const EXPOSURE: Range = Range::new(-64.0, 64.0);
 
+/// Where a quantity usually lies, and how one moves through it: the hint `x-usual` of the JSON
+/// schema, for sliders. Everything within its [`Range`] is accepted all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Usual {
+    /// The low end; above 0 on a logarithmic scale.
+    pub min: f64,
+    /// The high end.
+    pub max: f64,
+    /// What equal steps do.
+    pub scale: Scale,
+}
+
+/// What equal steps through a range do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// They add.
+    Linear,
+    /// They multiply.
+    Log,
+}
+
+impl Usual {
+    const fn linear(min: f64, max: f64) -> Self {
+        Self { min, max, scale: Scale::Linear }
+    }
+
+    const fn log(min: f64, max: f64) -> Self {
+        Self { min, max, scale: Scale::Log }
+    }
+}
+
+/// From air that hides a ridge 30 km away to smoke that hides an arm's length.
+pub const USUAL_EXTINCTION: Usual = Usual::log(1e-4, 10.0);
+/// The same as a visibility [m].
+pub const USUAL_VISIBILITY: Usual = Usual::log(0.3, 3e4);
+/// From a candle to a floodlight [W/sr].
+pub const USUAL_INTENSITY: Usual = Usual::log(0.1, 1e5);
+/// From a moonless sky to a lamp's globe [W/(m² sr)].
+pub const USUAL_RADIANCE: Usual = Usual::log(1e-3, 1e2);
+/// Stops.
+pub const USUAL_EXPOSURE: Usual = Usual::linear(-8.0, 8.0);
+
 /// How many of each thing a scene or a request may hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Counts {

@@ -45,6 +45,7 @@ pub struct Scene {
     /// Where the picture is taken from.
     pub camera: Camera,
     /// Radiance where a ray meets nothing [W/(m² sr)].
+    #[schemars(extend("x-usual" = limits::USUAL_RADIANCE))]
     pub background: Rgb,
     /// What stands in the fog.
     #[serde(deserialize_with = "surface::list")]

@@ -52,6 +52,7 @@ pub struct Material {
     #[schemars(range(min = limits::SHININESS.min, max = limits::SHININESS.max))]
     pub shininess: f64,
     /// Radiance that the surface sends out by itself [W/(m² sr)].
+    #[schemars(extend("x-usual" = limits::USUAL_RADIANCE))]
     pub emission: Rgb,
 }
 

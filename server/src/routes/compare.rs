@@ -9,6 +9,7 @@ use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
 use crate::queue::{Lane, Order};
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
@@ -54,6 +55,7 @@ pub async fn compare(
     request: Request,
 ) -> Result<Response, Problem> {
     let form = accept::choose(request.headers(), &FORMS, Form::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, pair) = app.intake.read(request, CompareRequest::check).await?;
     let (width, height) = pair.size();
     let most_bytes = match form {
@@ -68,7 +70,7 @@ pub async fn compare(
         Ok::<_, Interrupted>((compared, timings))
     };
     let encode = move |compared: &Compared| encode(compared, form);
-    picture::answer_job(&app, order, room, Quality::Full, work, encode).await
+    picture::answer_job(&app, order, room, job, Quality::Full, work, encode).await
 }
 
 fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {

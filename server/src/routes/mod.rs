@@ -9,5 +9,6 @@ pub mod optical_depth;
 pub mod page;
 pub mod presets;
 pub mod probe;
+pub mod progress;
 pub mod render;
 pub mod selftest;

@@ -6,6 +6,7 @@ use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
@@ -27,9 +28,10 @@ pub async fn render(
     request: Request,
 ) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &FORMATS, Format::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, view) = app.intake.read(request, OpticalDepthRequest::check).await?;
     let encode = move |frame: &Frame| encode_map(frame, &view, format);
-    picture::answer(&app, client, scene, view, format, encode).await
+    picture::answer(&app, client, job, scene, view, format, encode).await
 }
 
 fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {

@@ -6,6 +6,7 @@ use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
+use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::response::Response;
 use fogbank_core::Frame;
@@ -21,6 +22,7 @@ pub async fn render(
     request: Request,
 ) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &Format::ALL, Format::content_type)?;
+    let job = JobId::of(request.headers())?;
     let (scene, mut view) = app.intake.read(request, RenderRequest::check).await?;
     view = view.for_format(format);
     let encode = move |frame: &Frame| {
@@ -28,7 +30,7 @@ pub async fn render(
         let (content_type, backend) = (format.content_type(), frame.backend);
         Ok(Encoded { bytes, backend, content_type, extra: None })
     };
-    picture::answer(&app, client, scene, view, format, encode).await
+    picture::answer(&app, client, job, scene, view, format, encode).await
 }
 
 /// Its documentation.
