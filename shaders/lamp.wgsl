@@ -26,8 +26,8 @@ struct ToLight {
 /// A light's nearest distance to a ray counts as at least this share of its distance from the ray's
 /// origin: what rounding leaves of it. A ray through a light thereby has a finite answer.
 const MISS_FLOOR: f32 = 1e-6;
-/// The same for a ray that starts in a light [m].
-const LEAST_MISS: f32 = 1e-15;
+/// And as no less than this [m]: the strongest light on the strongest reflection stays a number.
+const LEAST_MISS: f32 = 1e-6;
 
 /// From the light's place relative to the ray's origin and the unit direction.
 fn to_light(light: vec3<f32>, direction: vec3<f32>) -> ToLight {

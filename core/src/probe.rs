@@ -2,7 +2,7 @@
 
 use crate::airlight::fogshop2007::{Eye, LightSide, depths_to_centers};
 use crate::airlight::{
-    Estimator, MISS_FLOOR, Method, fogshop2007, mapped, march, reference, sun2005,
+    Estimator, Method, fogshop2007, least_distance, mapped, march, reference, sun2005,
 };
 use crate::geometry::{self, Geometry};
 use crate::media::{Field, toward};
@@ -166,7 +166,7 @@ impl<'a> Prober<'a> {
                 direction.into(),
                 to_light.into(),
                 material.shininess,
-                MISS_FLOOR * hit.distance,
+                least_distance(hit.distance),
             );
             let (toward_point, distance) = toward(light.position.vector(), point);
             let depth = self.field.optical_depth(light.position.vector(), toward_point, distance);

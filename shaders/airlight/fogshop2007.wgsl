@@ -28,7 +28,7 @@ struct Crossing {
 }
 
 /// No distance from a light counts as less [m]: its inverse square must not overflow.
-const LEAST_DISTANCE: f32 = 1e-12;
+const LEAST_DISTANCE: f32 = 1e-6;
 
 /// Follows a ray through a blob.
 fn crossing(seen: gaussians::Seen, direction: vec3<f32>, length_m: f32) -> Crossing {

@@ -27,7 +27,7 @@ struct Reflection {
 }
 
 /// No distance from a light counts as less [m]: its inverse square must not overflow.
-const LEAST_DISTANCE: f32 = 1e-12;
+const LEAST_DISTANCE: f32 = 1e-6;
 
 /// Reflection at a point with the unit `normal` on the eye's side, seen along the unit `direction`,
 /// of a light at `light` relative to the point. `floor_m` is the smallest distance that counts.

@@ -1,39 +1,73 @@
-//! The exact cases that may lie beside the project, as scenes and rays.
+//! The exact cases of `tests/truth` as scenes and rays.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test without its numbers has failed")]
 
 use serde_json::{Value, json};
+use std::sync::LazyLock;
 
-/// The public cases of a kind; none where they are absent.
+static CASES: LazyLock<Vec<Value>> = LazyLock::new(|| rows(include_str!("../truth/cases.json")));
+static SCENES: LazyLock<Vec<Value>> = LazyLock::new(|| rows(include_str!("../truth/scenes.json")));
+
+fn rows(text: &str) -> Vec<Value> {
+    serde_json::from_str(text).expect("a list")
+}
+
+/// All cases.
+pub fn all() -> &'static [Value] {
+    &CASES
+}
+
+/// The scenes with exact airlight along rays.
+pub fn scenes() -> &'static [Value] {
+    &SCENES
+}
+
+/// The cases of a kind, of which there must be some.
 pub fn of_kind(kind: &str) -> Vec<Value> {
-    let Some(file) = crate::truth("public_cases.json") else { return Vec::new() };
-    let cases = file["cases"].as_array().expect("cases");
-    let cases: Vec<_> = cases.iter().filter(|case| case["kind"] == kind).cloned().collect();
+    let cases: Vec<_> = all().iter().filter(|case| case["kind"] == kind).cloned().collect();
     assert!(!cases.is_empty(), "no case of kind {kind}");
     cases
 }
 
-/// A number; without one what has no end.
+/// A number that must be there.
+#[track_caller]
 pub fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or(f64::INFINITY)
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// The same, or what a case calls infinite.
+#[track_caller]
+pub fn length(value: &Value) -> f64 {
+    if value == "infinite" { f64::INFINITY } else { number(value) }
+}
+
+/// What a case expects under that name; `None` only where the case says that it diverges.
+#[track_caller]
+pub fn expected(results: &Value, name: &str) -> Option<f64> {
+    let diverges = results["divergent"].as_bool().unwrap_or_else(|| panic!("divergent? {results}"));
+    (!diverges).then(|| number(&results[name]))
 }
 
 /// Three numbers.
+#[track_caller]
 pub fn vector(value: &Value) -> [f64; 3] {
-    [0, 1, 2].map(|i| number(&value[i]))
+    [number(&value[0]), number(&value[1]), number(&value[2])]
 }
 
 /// The phase function of a case: Henyey–Greenstein, g = 0 included.
 pub fn phase(inputs: &Value) -> Value {
-    json!({ "kind": "henyey_greenstein", "g": inputs["hg_g"].as_f64().unwrap_or(0.0) })
+    json!({ "kind": "henyey_greenstein", "g": number(&inputs["hg_g"]) })
 }
 
-/// The fog of a case with Gaussians.
-pub fn fog(inputs: &Value, airlight: &str) -> Value {
+/// The Gaussians of a case and its homogeneous part.
+pub fn terms(inputs: &Value) -> Value {
     let blob = |g: &Value| json!({ "center": g["b"], "radius": 1.0 / number(&g["a"]), "extinction": g["c"] });
-    let blobs: Vec<_> = inputs["gaussians"].as_array().into_iter().flatten().map(blob).collect();
-    json!({ "airlight": airlight, "phase": phase(inputs), "terms": [
-        { "kind": "homogeneous", "extinction": inputs["beta0"] },
+    let blobs: Vec<_> =
+        inputs["gaussians"].as_array().expect("Gaussians").iter().map(blob).collect();
+    json!([
+        { "kind": "homogeneous", "extinction": number(&inputs["beta0"]) },
         { "kind": "gaussians", "blobs": blobs },
-    ] })
+    ])
 }
 
 /// The ray of a probe from one point to another.
@@ -46,7 +80,8 @@ pub fn segment(from: &Value, to: &Value) -> Value {
 
 /// One white light.
 pub fn lamp(position: &Value, intensity: &Value) -> Value {
-    json!([{ "kind": "point", "position": position, "intensity": [intensity, intensity, intensity] }])
+    let intensity = number(intensity);
+    json!([{ "kind": "point", "position": vector(position), "intensity": [intensity, intensity, intensity] }])
 }
 
 /// The scene and the ray of a case of airlight in homogeneous fog.
@@ -55,11 +90,83 @@ pub fn in_homogeneous(inputs: &Value, airlight: &str) -> (Value, Value) {
     let position = json!([distance * gamma.sin(), 0.0, distance * gamma.cos()]);
     let beta = number(&inputs["beta"]);
     // Behind an optical depth of 60 nothing is left to see.
-    let length = number(&inputs["Dvp"]).min(60.0 / beta);
-    let term = json!({ "kind": "homogeneous", "extinction": beta });
+    let length = length(&inputs["Dvp"]).min(60.0 / beta);
     let scene = json!({
         "lights": lamp(&position, &inputs["I0"]),
-        "fog": { "airlight": airlight, "phase": phase(inputs), "terms": [term] },
+        "fog": { "airlight": airlight, "phase": phase(inputs),
+                 "terms": [{ "kind": "homogeneous", "extinction": beta }] },
     });
     (scene, json!({ "origin": [0, 0, 0], "direction": [0, 0, 1], "max_distance_m": length }))
+}
+
+/// The scene and the ray of a case of light in air so thin that it takes nothing away: there only
+/// the product of extinction and intensity counts, and a case's scattering coefficient is per
+/// solid angle.
+pub fn in_thin_air(inputs: &Value, airlight: &str) -> (Value, Value) {
+    const THIN: f64 = 1e-9;
+    let scattered = number(&inputs["I"]) * number(&inputs["sigma_s"]);
+    let intensity = json!(scattered * 4.0 * std::f64::consts::PI / THIN);
+    let scene = json!({
+        "lights": lamp(&inputs["light"], &intensity),
+        "fog": { "airlight": airlight,
+                 "terms": [{ "kind": "homogeneous", "extinction": THIN }] },
+    });
+    let ray = json!({ "origin": inputs["origin"], "direction": inputs["dir"],
+                      "max_distance_m": number(&inputs["dist"]) });
+    (scene, ray)
+}
+
+/// The scene and the ray of a case of a lit surface, seen along its normal: its mirrored view is
+/// the normal, too.
+pub fn on_a_surface(inputs: &Value) -> (Value, Value) {
+    let (angle, distance) = (number(&inputs["theta_s"]), number(&inputs["Dsp"]));
+    let position = json!([distance * angle.sin(), distance * angle.cos(), 0.0]);
+    let (n, k) = (number(&inputs["n"]), number(&inputs["k"]));
+    let material = if n == 1.0 {
+        let albedo = k * std::f64::consts::PI;
+        json!({ "diffuse": [albedo, albedo, albedo] })
+    } else {
+        json!({ "diffuse": [0, 0, 0], "specular": [k, k, k], "shininess": n })
+    };
+    let scene = json!({
+        "surfaces": [{ "shape": { "kind": "plane" }, "material": material }],
+        "lights": lamp(&position, &inputs["I0"]),
+        "fog": { "terms": [{ "kind": "homogeneous", "extinction": number(&inputs["beta"]) }] },
+    });
+    (scene, json!({ "origin": [0, 3, 0], "direction": [0, -1, 0] }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic = "null is no number"]
+    fn an_absent_number_fails() {
+        number(&json!({})["La"]);
+    }
+
+    #[test]
+    #[should_panic = "null is no number"]
+    fn an_absent_length_fails() {
+        length(&Value::Null);
+    }
+
+    #[test]
+    #[should_panic = "null is no number"]
+    fn an_absent_result_fails() {
+        expected(&json!({ "La": null, "divergent": false }), "La");
+    }
+
+    #[test]
+    #[should_panic = "divergent?"]
+    fn a_result_that_may_diverge_says_whether_it_does() {
+        expected(&json!({ "La": 1.0 }), "La");
+    }
+
+    #[test]
+    fn what_diverges_has_no_result() {
+        assert_eq!(expected(&json!({ "La": null, "divergent": true }), "La"), None);
+        assert_eq!(length(&json!("infinite")), f64::INFINITY);
+    }
 }

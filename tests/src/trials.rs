@@ -1,8 +1,7 @@
-//! Ten scenes chosen to break an airlight estimator, and the exact scenes that may lie beside the
-//! project.
+//! Ten scenes chosen to break an airlight estimator, and the exact scenes.
 
+use crate::cases;
 use crate::scenes::{Random, pixel_rays, probe, render, scene, view};
-use crate::truth;
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{CheckedScene, Scene};
@@ -26,15 +25,13 @@ impl Trial {
     }
 }
 
-/// The eleven scenes with exact rays, where they lie beside the project.
+/// The eleven scenes with exact rays.
 pub fn exact() -> Vec<Trial> {
-    let file = truth("scenes.json");
-    let scenes = file.as_ref().and_then(|file| file["scenes"].as_array());
     let trial = |entry: &Value| {
         let text = |key: &str| entry[key].as_str().unwrap_or_default().to_owned();
         Trial { name: text("name"), title: text("title"), scene: entry["scene"].clone() }
     };
-    scenes.into_iter().flatten().map(trial).collect()
+    cases::scenes().iter().map(trial).collect()
 }
 
 /// Relative errors of some pixels: median, 95th percentile, the largest.

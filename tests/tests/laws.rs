@@ -13,10 +13,12 @@ use fogbank_core::media::Field;
 use fogbank_core::phase::Phase;
 use fogbank_core::request::{Layer, ProbeRay, Quality};
 use fogbank_core::scene::{CheckedScene, Fog, read};
+use fogbank_tests::fields::variants;
 use fogbank_tests::quadrature::integrate;
 use fogbank_tests::scenes::*;
 use glam::DVec3;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// Rounds of each law: a round takes new fog and new points.
@@ -50,10 +52,12 @@ fn for_fields(mut law: impl FnMut(&mut Random, &[Value], &Field)) {
     }
 }
 
+#[track_caller]
 fn assert_close(what: &str, a: f64, b: f64, relative: f64, absolute: f64) {
     let allowed = relative * b.abs() + absolute;
+    // An infinite expectation would allow anything.
     assert!(
-        (a - b).abs() <= allowed,
+        b.is_finite() && (a - b).abs() <= allowed,
         "{what}: {a} instead of {b}, {:.1e} off",
         (a / b - 1.0).abs()
     );
@@ -212,6 +216,13 @@ const AIRLIGHTS: [(&str, &[u64]); 5] = [
     ("auto", &[0, 1, 2]),
 ];
 
+/// No estimator is left out.
+#[test]
+fn the_laws_hold_for_every_airlight() {
+    let named: BTreeSet<_> = AIRLIGHTS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    assert_eq!(named, variants("Airlight").into_iter().collect());
+}
+
 /// The law for each estimator in all fogs that it takes, a few times.
 fn for_airlights(mut law: impl FnMut(&mut Random, &str, &mut Value)) {
     for (method, media) in AIRLIGHTS {
@@ -240,7 +251,9 @@ fn airlights(scene: &Value, rays: &[ProbeRay]) -> Vec<DVec3> {
     probe(&crate::scene(scene), rays).iter().map(|answer| answer.airlight.vector()).collect()
 }
 
+#[track_caller]
 fn assert_same(what: &str, a: &[DVec3], b: &[DVec3], relative: f64) {
+    assert_eq!(a.len(), b.len(), "{what}");
     for (a, b) in a.iter().zip(b) {
         (0..3).for_each(|k| assert_close(what, a[k], b[k], relative, 0.0));
     }
@@ -343,11 +356,11 @@ fn airlight_adds_over_lights() {
 #[test]
 fn airlight_stays_below_what_no_fog_attenuates() {
     for_airlights(|random, what, scene| {
-        let takes_all = what.starts_with("reference");
-        let homogeneous = what.ends_with("medium 0");
-        if !(takes_all || homogeneous) {
+        // The published method exceeds it next to a lamp close to a blob.
+        if what.starts_with("fogshop2007") && !what.ends_with("medium 0") {
             return;
         }
+        let estimated = what.starts_with("auto") && !what.ends_with("medium 0");
         let field = field(scene["fog"]["terms"].as_array().unwrap());
         scene["fog"]["albedo"] = json!([1, 1, 1]);
         scene["lights"] = json!([{ "kind": "point", "position": random.point(6.0).to_array(),
@@ -365,8 +378,10 @@ fn airlight_stays_below_what_no_fog_attenuates() {
             };
             let length = ray.max_distance_m.unwrap();
             let bound = integrate(angle(0.0), angle(length), &glow);
-            // sun2005 is exact to 7e-5; where there is next to no fog nothing is taken away.
-            assert!(airlight.x <= bound * (1.0 + 1e-4), "{what}: {} > {bound}", airlight.x);
+            // sun2005 is exact to 7e-5, `auto` to 2e-2; where there is next to no fog nothing is
+            // taken away.
+            let spare = if estimated { 2e-2 } else { 1e-4 };
+            assert!(airlight.x <= bound * (1.0 + spare), "{what}: {} > {bound}", airlight.x);
         }
     });
 }
@@ -427,7 +442,7 @@ fn sun_is_the_integral_at_every_angle() {
 
 /// The reference is the integral for every phase function: against a rule of another kind, in another
 /// variable (the angle around the lamp), through homogeneous fog and Gaussians. Both are smooth in
-/// theirs, so that only rounding and the reference's own 1e-6 lie between them; 1e-4 is promised.
+/// theirs, so that little more than rounding lies between them.
 #[test]
 fn reference_is_the_integral_for_every_phase_function() {
     for_fields(|random, _, fog| {
@@ -446,7 +461,7 @@ fn reference_is_the_integral_for_every_phase_function() {
             let angle = |t: f64| ((t - closest) / miss).atan();
             let sum = integrate(angle(0.0), angle(length), &glow);
             let exact = reference::airlight(fog, phase, light, from, direction, length);
-            assert_close(&format!("g = {g}"), exact, sum, 1e-5, 1e-30);
+            assert_close(&format!("g = {g}"), exact, sum, 1e-9, 1e-30);
         }
     });
 }
@@ -571,6 +586,7 @@ fn compare_airlight(name: &str, json: &Value, size: (u32, u32), estimate: f64) {
         for (i, pixel) in frame.pixels.chunks(channels).enumerate() {
             for (k, value) in pixel.iter().map(|v| f64::from(*v)).enumerate() {
                 let expected = exact_values[i][l][k];
+                assert!(expected.is_finite(), "{name}, {layer:?}, pixel {i}: {expected}");
                 let allowed = floor.max(relative * expected.abs());
                 let error = (value - expected).abs();
                 if error <= allowed {

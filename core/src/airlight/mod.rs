@@ -88,15 +88,22 @@ pub fn refusal(fog: &Fog, asked: scene::Airlight) -> Option<String> {
 /// origin: what rounding leaves of it. A ray through a light thereby has a finite answer. How long
 /// the ray is does not matter: one into the sky is as near to a lamp as one that ends at a wall.
 pub const MISS_FLOOR: f64 = 1e-6;
-/// The same for a ray that starts in a light [m]: small, and its square no f32 zero.
-pub const LEAST_MISS: f64 = 1e-15;
+/// And as no less than this [m]: a hundredth of the smallest radius, at which the strongest light on the
+/// strongest reflection, 1e12 · 1e12 / (1e-6)², is still a number in f32.
+pub const LEAST_MISS: f64 = 1e-6;
+
+/// The smallest distance from a light that counts for a ray whose origin is `reach` away from it [m].
+#[inline(always)]
+pub fn least_distance<N: Num>(reach: N) -> N {
+    (reach * reach.lit(MISS_FLOOR)).max(reach.lit(LEAST_MISS))
+}
 
 /// Where a light stands relative to a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct ToLight<N> {
     /// Ray parameter of the point closest to the light [m].
     pub closest: N,
-    /// Distance of the light from the ray's line [m], floored by [`MISS_FLOOR`].
+    /// Distance of the light from the ray's line [m], floored by [`least_distance`].
     pub miss: N,
 }
 
@@ -104,8 +111,7 @@ impl<N: Num> ToLight<N> {
     /// From the light's place relative to the ray's origin and the unit direction.
     #[inline(always)]
     pub fn new(light: V3<N>, direction: V3<N>) -> Self {
-        let distance = light.length_squared().sqrt();
-        let floor = (distance * distance.lit(MISS_FLOOR)).max(distance.lit(LEAST_MISS));
+        let floor = least_distance(light.length_squared().sqrt());
         // Errata 17: a difference of squares would lose a small distance.
         let miss = light.cross(direction).length_squared().sqrt();
         Self { closest: light.dot(direction), miss: miss.max(floor) }

@@ -5,7 +5,7 @@
 //! the integrand stays smooth. The phase function has cos α = −tanh u there: it turns from ahead to
 //! back within a few units of u, however sharp it is. Panels are first halved until none is long
 //! against the blobs that it crosses, so that no blob is overlooked, nor against that turn, then
-//! where the Gauss–Kronrod pair differs most. Relative error below 1e-6.
+//! where the Gauss–Kronrod pair differs most. [`MEASURED`](super::errors::MEASURED) states its error.
 
 use super::path::Path;
 use crate::media::Field;

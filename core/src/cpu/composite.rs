@@ -55,7 +55,8 @@ fn beauty<S: Simd>(simd: S, context: &Context, surface: &Rows, fogged: &Fogged) 
     for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
         let depth = Lanes::load(simd, &fogged.depth[at..]);
         let lost = absorptance(depth);
-        let through = depth.lit(1.0) - lost;
+        // Not 1 − lost, which has no digits left of a bright surface in thick fog.
+        let through = (-depth).exp();
         let scattered = load3(simd, &fogged.airlight, at) + ambient.scale(lost);
         let sum = load3(simd, surface, at).scale(through) + scattered;
         sum.x.store(&mut values[0][at..]);

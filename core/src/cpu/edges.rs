@@ -143,7 +143,8 @@ fn weight(context: &Context, value: [f32; 3]) -> f32 {
         return 1.0;
     }
     let exposed = value.into_iter().fold(0.0, f32::max) * context.view.exposure_ev.exp2() as f32;
-    1.0 / (1.0 + exposed)
+    // Of endless light nothing would be left to divide by.
+    1.0 / (1.0 + exposed.min(f32::MAX))
 }
 
 /// Whether samples are weighed by their radiance.

@@ -3,8 +3,8 @@
 
 use super::batch::{Fogged, Rays, Row, SIZE, get3, load3};
 use super::blobs::{BlobList, Packed};
-use crate::airlight::MISS_FLOOR;
 use crate::airlight::fogshop2007::{Crossing, Lit};
+use crate::airlight::least_distance;
 use crate::media::gaussians::Seen;
 use crate::num::Lanes;
 use crate::vector::V3;
@@ -66,7 +66,7 @@ pub fn add_depth<S: Simd, const PARALLEL: bool>(
         for blob in &list.whole {
             sum += blob.seen::<S, PARALLEL>(simd, offset).whole_depth(direction);
         }
-        sum.store(&mut depth[at..]);
+        not_negative(sum).store(&mut depth[at..]);
     }
     for (_, blob) in &list.opaque {
         for (at, depth) in depth[..rays.count].iter_mut().enumerate() {
@@ -74,6 +74,12 @@ pub fn add_depth<S: Simd, const PARALLEL: bool>(
             *depth += ray.blob(blob).optical_depth(ray.direction, ray.length) as f32;
         }
     }
+}
+
+/// A sum of optical depths: the difference of two f32 erf may fall below 0 by rounding, fog never.
+#[inline(always)]
+fn not_negative<S: Simd>(depth: Lanes<S>) -> Lanes<S> {
+    depth.max(depth.lit(0.0))
 }
 
 /// One ray in f64.
@@ -131,7 +137,7 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
             sum.add(simd, &seen, &crossing, lights, blob.place);
         }
         let Sum { depth, airlight } = sum;
-        depth.store(&mut fogged.depth[at..]);
+        not_negative(depth).store(&mut fogged.depth[at..]);
         airlight.x.store(&mut fogged.airlight[0][at..]);
         airlight.y.store(&mut fogged.airlight[1][at..]);
         airlight.z.store(&mut fogged.airlight[2][at..]);
@@ -159,7 +165,7 @@ fn add_opaque(
         let to_light = V3::from(light.position) - ray.offset;
         let from_light = blob.b - to_light.scale(blob.a);
         let lit = Lit { from_light, exponent: light.exponents[place] };
-        let floor = MISS_FLOOR * f64::from(light.distance);
+        let floor = least_distance(f64::from(light.distance));
         let value = crossing.scattered(blob, &lit, floor) as f32;
         for (row, scattered) in fogged.airlight.iter_mut().zip(light.scattered) {
             row[at] += value * scattered;
@@ -188,7 +194,7 @@ impl<S: Simd> Sum<S> {
             let [x, y, z, exponent] = light.blobs[place as usize];
             let lit =
                 Lit { from_light: splat3(simd, [x, y, z]), exponent: Lanes::splat(simd, exponent) };
-            let floor = Lanes::splat(simd, light.distance * MISS_FLOOR as f32);
+            let floor = least_distance(Lanes::splat(simd, light.distance));
             let value = crossing.scattered(seen, &lit, floor);
             self.airlight = self.airlight + splat3(simd, light.scattered).scale(value);
         }

@@ -5,7 +5,7 @@ use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::add_depth;
 use super::mapped::LightTable;
-use crate::airlight::MISS_FLOOR;
+use crate::airlight::least_distance;
 use crate::geometry::bundle::Bundle;
 use crate::num::{Lanes, Num};
 use crate::surface::attenuated::reflection;
@@ -107,7 +107,7 @@ fn radiance_in_lanes<S: Simd>(
         let mut sum = material.emission;
         for (lamp, depth) in context.lamps.iter().zip(depths) {
             let light = V3::lit(one, lamp.from_camera) - point;
-            let floor = length * one.lit(MISS_FLOOR);
+            let floor = least_distance(length);
             let reflected = reflection(normal, direction, light, material.shininess, floor);
             let through = (-Lanes::load(simd, &depth[at..])).exp();
             let factor = material.diffuse.scale(reflected.diffuse)
