@@ -13,7 +13,6 @@ use fogbank_core::image::{EncodeError, Format};
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a renderer made as a file, with what its headers say besides.

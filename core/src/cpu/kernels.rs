@@ -6,7 +6,7 @@ use super::blobs::{BlobList, Packed};
 use crate::airlight::fogshop2007::{Crossing, Lit};
 use crate::airlight::least_distance;
 use crate::media::gaussians::Seen;
-use crate::num::Lanes;
+use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::Simd;
 use glam::DVec3;

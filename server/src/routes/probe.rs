@@ -59,7 +59,11 @@ fn check_answer(rays: usize, lights: usize) -> Result<(), Problem> {
     }
     let detail =
         format!("{rays} rays times {lights} lights are more than the limit of {RAY_LIGHTS}");
-    Err(Problem::invalid(vec![scene::Problem { pointer: "/rays".into(), code: scene::Code::TooMany, detail }]))
+    Err(Problem::invalid(vec![scene::Problem {
+        pointer: "/rays".into(),
+        code: scene::Code::TooMany,
+        detail,
+    }]))
 }
 
 /// Its documentation.
