@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn rays_times_lights_times_blobs_say_how_long_a_probe_looks() {
-        let lights = vec![r#"{"kind": "point"}"#; 8].join(",");
+        let lights = [r#"{"kind": "point"}"#; 8].join(",");
         let json = format!(r#"{{"scene": {{"lights": [{lights}]}}, "rays": []}}"#);
         let request: ProbeRequest = scene::read(json.as_bytes()).unwrap();
         let (scene, _) = request.check().unwrap();

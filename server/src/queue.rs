@@ -96,10 +96,12 @@ struct Jobs<W> {
     closed: bool,
 }
 
+type Work<W> = Box<dyn FnOnce(&W) + Send>;
+
 struct Job<W> {
     client: Client,
     watched: Watched,
-    work: Box<dyn FnOnce(&W) + Send>,
+    work: Work<W>,
 }
 
 /// What tells whether a job is still wanted, and since when not.
@@ -259,7 +261,7 @@ impl<W> Line<W> {
     }
 
     /// Waits for a job that somebody still wants; `None` when the queue is gone.
-    fn next(&self, seat: usize) -> Option<Box<dyn FnOnce(&W) + Send>> {
+    fn next(&self, seat: usize) -> Option<Work<W>> {
         let mut jobs = self.lock();
         loop {
             while let Some(job) = jobs.pop() {

@@ -15,10 +15,10 @@ pub const SCENES: u64 = 48;
 pub fn everyday(number: u64) -> Value {
     let mut random = Random(1000 + number);
     let mut surfaces = Vec::new();
-    if number % 3 != 0 {
+    if !number.is_multiple_of(3) {
         surfaces.push(json!({ "shape": { "kind": "plane" } }));
     }
-    if number % 2 == 0 {
+    if number.is_multiple_of(2) {
         let center = [random.between(-2.0, 2.0), 0.8, random.between(-4.0, 2.0)];
         surfaces.push(json!({ "shape": { "kind": "sphere", "center": center, "radius": 0.8 } }));
     }
