@@ -3,12 +3,13 @@
 use crate::cpu::Cpu;
 use crate::gpu::{Failure, Gpu, Wanted};
 use crate::probe::RayAnswer;
+pub use crate::progress::{Interrupted, Progress};
 use crate::request::{Layer, ProbeRay, View};
 use crate::scene::CheckedScene;
 use crate::selftest::{self, BackendReport};
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -29,52 +30,6 @@ pub struct Frame {
     pub timings: Vec<(&'static str, Duration)>,
     /// Where it was made: `cpu` or `gpu`.
     pub backend: &'static str,
-}
-
-/// How far a job is, and whether it should go on: shared between who waits and who works.
-#[derive(Debug, Default)]
-pub struct Progress {
-    cancelled: AtomicBool,
-    deadline: Option<Instant>,
-    done: AtomicUsize,
-    total: AtomicUsize,
-}
-
-/// The job was cancelled or its deadline passed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the job was stopped before its end")]
-pub struct Interrupted;
-
-impl Progress {
-    /// A job that must end by `deadline`.
-    pub fn until(deadline: Instant) -> Self {
-        Self { deadline: Some(deadline), ..Self::default() }
-    }
-
-    /// Asks the job to stop soon.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether the job should stop.
-    pub fn is_over(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed) || self.deadline.is_some_and(|d| Instant::now() > d)
-    }
-
-    /// Share of the slow work that is done, in [0, 1].
-    pub fn fraction(&self) -> f64 {
-        let total = self.total.load(Ordering::Relaxed).max(1);
-        (self.done.load(Ordering::Relaxed) as f64 / total as f64).min(1.0)
-    }
-
-    pub(crate) fn start(&self, total: usize) {
-        self.done.store(0, Ordering::Relaxed);
-        self.total.store(total, Ordering::Relaxed);
-    }
-
-    pub(crate) fn advance(&self) {
-        self.done.fetch_add(1, Ordering::Relaxed);
-    }
 }
 
 /// Which backend frames are made on.
