@@ -1,18 +1,18 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
-use crate::airlight::fogshop2007::{Eye, LightSide, depths_to_centers};
-use crate::airlight::{
-    Estimator, Method, fogshop2007, least_distance, mapped, march, reference, sun2005,
-};
+use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
+use crate::airlight::{Estimator, Method, Path, least_distance, mapped, march, reference, sun2005};
 use crate::geometry::{self, Geometry};
 use crate::media::{Field, toward};
 use crate::phase::Phase;
+use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
 use crate::scene::{CheckedScene, Projection, Rgb, Vec3};
 use crate::surface::attenuated;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// What a probe finds along one ray.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -65,35 +65,53 @@ pub struct Prober<'a> {
     geometry: &'a Geometry,
     field: &'a Field,
     method: Method,
-    shared: Option<(Eye, Vec<LightSide>)>,
+    /// For the published method: the depths from every enabled light.
+    from_lights: &'a [Arc<CenterDepths>],
+    /// The same from where the last ray started.
+    from_eye: Option<(Eye, CenterDepths)>,
+    progress: &'a Progress,
+}
+
+/// The airlight estimator of a scene.
+pub(crate) fn method(scene: &CheckedScene, field: &Field) -> Method {
+    Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog, field)
 }
 
 impl<'a> Prober<'a> {
-    /// For a scene with its geometry and field.
-    pub fn new(scene: &'a CheckedScene, geometry: &'a Geometry, field: &'a Field) -> Self {
-        let method = Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog, field);
-        Self { scene, geometry, field, method, shared: None }
+    /// For a scene with its geometry and field; `from_lights` for the published method alone.
+    pub fn new(
+        scene: &'a CheckedScene,
+        geometry: &'a Geometry,
+        field: &'a Field,
+        from_lights: &'a [Arc<CenterDepths>],
+        progress: &'a Progress,
+    ) -> Self {
+        let method = method(scene, field);
+        Self { scene, geometry, field, method, from_lights, from_eye: None, progress }
     }
 
     /// Everything along one ray.
-    pub fn answer(&mut self, ray: &ProbeRay) -> RayAnswer {
+    ///
+    /// # Errors
+    /// [`Interrupted`] when the job's progress says so.
+    pub fn answer(&mut self, ray: &ProbeRay) -> Result<RayAnswer, Interrupted> {
         let ProbeRay { origin, direction, max_distance_m } = *ray;
         let limit = max_distance_m.unwrap_or(self.scene.far_m);
         let hit = self.geometry.first_hit(origin, direction, limit);
         let length = hit.map_or(limit, |hit| hit.distance);
         let optical_depth = self.field.optical_depth(origin, direction, length);
         let transmittance = (-optical_depth).exp();
-        let airlight_by_light = self.airlight_by_light(origin, direction, length);
+        let airlight_by_light = self.airlight_by_light(origin, direction, length)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
         let ambient = self.scene.fog.ambient.vector() * (0.0 - (-optical_depth).exp_m1());
         let (surface, hit) = match hit {
             None => (self.scene.background.vector(), None),
             Some(hit) => {
-                let radiance = self.surface_radiance(&hit, origin, direction);
+                let radiance = self.surface_radiance(&hit, origin, direction)?;
                 (radiance, Some(self.describe(&hit, origin, direction, radiance)))
             }
         };
-        RayAnswer {
+        Ok(RayAnswer {
             optical_depth,
             transmittance,
             airlight: rgb(airlight),
@@ -101,65 +119,72 @@ impl<'a> Prober<'a> {
             ambient: rgb(ambient),
             radiance: rgb(surface * transmittance + airlight + ambient),
             hit,
-        }
+        })
     }
 
-    fn airlight_by_light(&mut self, origin: DVec3, direction: DVec3, length: f64) -> Vec<DVec3> {
-        if self.method == Method::Fogshop2007 {
-            self.share(origin, direction);
-        }
+    fn airlight_by_light(
+        &mut self,
+        origin: DVec3,
+        direction: DVec3,
+        length: f64,
+    ) -> Result<Vec<DVec3>, Interrupted> {
         let phase = Phase::from(&self.scene.fog.phase);
+        let sighted = self.sighted((origin, direction, length))?;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
+            self.progress.check()?;
             let at = light.position.vector();
+            let path = || Path::new(self.field, at, origin, direction, length).of(self.progress);
             let unit = match self.method {
                 Method::None => 0.0,
                 Method::Sun2005 => {
                     let beta = self.field.homogeneous.beta;
                     sun2005::airlight(beta, (at - origin).into(), direction.into(), length)
                 }
-                Method::Fogshop2007 => self.shared.as_ref().map_or(0.0, |(_, sides)| {
-                    let side = &sides[place];
-                    fogshop2007::airlight(self.field, side, at, origin, direction, length)
-                }),
-                Method::Mapped => {
-                    mapped::airlight(self.field, phase, at, origin, direction, length)
-                }
-                Method::Reference => {
-                    reference::airlight(self.field, phase, at, origin, direction, length)
-                }
-                Method::March(steps) => {
-                    march::airlight(self.field, phase, at, origin, direction, length, steps)
-                }
+                Method::Fogshop2007 => match &sighted {
+                    Some(ray) => {
+                        ray.airlight(self.field, at, &self.from_lights[place], self.progress)?
+                    }
+                    None => 0.0,
+                },
+                Method::Mapped => mapped::airlight_along(&path(), phase),
+                Method::Reference => reference::airlight_along(&path(), phase),
+                Method::March(steps) => march::airlight_along(&path(), phase, steps),
             };
             by_light[i] = unit * light.intensity.vector() * self.scene.fog.albedo.vector();
         }
-        by_light
+        // What was summed up after the end is none.
+        self.progress.check()?;
+        Ok(by_light)
     }
 
-    /// Prepares the published method for an eye, unless the last ray had the same.
-    fn share(&mut self, origin: DVec3, direction: DVec3) {
-        let eye = match self.scene.camera.projection {
-            Projection::Perspective(_) => Eye::Point(origin),
-            Projection::Orthographic(_) => Eye::Plane(origin, direction),
-        };
-        if self.shared.as_ref().is_some_and(|(shared, _)| shared.is_same(&eye)) {
-            return;
+    /// For the published method: a ray with what its eye knows, which the last ray's may have been.
+    fn sighted(&mut self, ray: (DVec3, DVec3, f64)) -> Result<Option<Sighted>, Interrupted> {
+        if self.method != Method::Fogshop2007 {
+            return Ok(None);
         }
-        let to_eye = depths_to_centers(self.field, |center| eye.facing(center));
-        let side = |light: DVec3| {
-            let to_light = depths_to_centers(self.field, |_| light);
-            LightSide::new(self.field, eye, light, &to_eye, &to_light)
+        let eye = match self.scene.camera.projection {
+            Projection::Perspective(_) => Eye::Point(ray.0),
+            Projection::Orthographic(_) => Eye::Plane(ray.0, ray.1),
         };
-        let sides = self.scene.lights().map(|(_, light)| side(light.position.vector()));
-        self.shared = Some((eye, sides.collect()));
+        let shared = self.from_eye.take().filter(|(shared, _)| shared.is_same(&eye));
+        let (_, from_eye) = self
+            .from_eye
+            .insert(shared.unwrap_or_else(|| (eye, CenterDepths::new(self.field, eye))));
+        Sighted::new(self.field, from_eye, ray, self.progress).map(Some)
     }
 
-    fn surface_radiance(&self, hit: &geometry::Hit, origin: DVec3, direction: DVec3) -> DVec3 {
+    fn surface_radiance(
+        &self,
+        hit: &geometry::Hit,
+        origin: DVec3,
+        direction: DVec3,
+    ) -> Result<DVec3, Interrupted> {
         let point = origin + hit.distance * direction;
         let material = &self.geometry.materials[hit.surface as usize];
         let mut radiance = material.emission.vector();
         for (_, light) in self.scene.lights() {
+            self.progress.check()?;
             let to_light = light.position.vector() - point;
             let reflection = attenuated::reflection(
                 hit.normal.into(),
@@ -174,7 +199,7 @@ impl<'a> Prober<'a> {
                 + material.specular.vector() * reflection.specular;
             radiance += (-depth).exp() * light.intensity.vector() * reflected;
         }
-        radiance
+        Ok(radiance)
     }
 
     fn describe(

@@ -6,7 +6,9 @@ use fogbank_core::request::{Layer, ProbeRequest, RenderRequest, View};
 use fogbank_core::scene::{CheckedScene, read};
 use fogbank_core::{Progress, Renderer};
 use fogbank_tests::camera::rays;
-use fogbank_tests::cases::{fog, in_homogeneous, lamp, number, of_kind, segment, vector};
+use fogbank_tests::cases::{
+    expected, in_homogeneous, lamp, number, of_kind, phase, segment, terms, vector,
+};
 use serde_json::{Value, json};
 
 /// What pictures may be off by, and why. The numbers are those of f32, of its fits of erf, and of a
@@ -95,7 +97,7 @@ fn pixels_are_the_public_cases() {
     let mut largest = Largest::default();
     for case in of_kind("F.optical_depth") {
         let inputs = &case["inputs"];
-        let scene = json!({ "fog": fog(inputs, "none") });
+        let scene = json!({ "fog": { "airlight": "none", "terms": terms(inputs) } });
         let ray = segment(&inputs["origin"], &inputs["target"]);
         let depth = pixel(&renderer, &scene, &ray, Layer::OpticalDepth);
         let error = off(depth, number(&case["expected"]["T"]), LEAST_DEPTH);
@@ -109,7 +111,8 @@ fn pixels_are_the_public_cases() {
                 continue;
             }
             let lights = lamp(&inputs["s"], &inputs["I0"]);
-            let scene = json!({ "lights": lights, "fog": fog(inputs, method) });
+            let fog = json!({ "airlight": method, "phase": phase(inputs), "terms": terms(inputs) });
+            let scene = json!({ "lights": lights, "fog": fog });
             // The published method is not exact, but it is what it is.
             let truth = exact(&scene, std::slice::from_ref(&ray))[0].1;
             let value = pixel(&renderer, &scene, &ray, Layer::Airlight);
@@ -117,7 +120,8 @@ fn pixels_are_the_public_cases() {
         }
     }
     for case in of_kind("S.airlight") {
-        let (inputs, truth) = (&case["inputs"], number(&case["expected"]["La"]));
+        let inputs = &case["inputs"];
+        let Some(truth) = expected(&case["expected"], "La") else { continue };
         // A narrow phase function is the mapped rule's.
         let method = if number(&inputs["hg_g"]) == 0.0 { "sun2005" } else { "auto" };
         let (scene, ray) = in_homogeneous(inputs, method);

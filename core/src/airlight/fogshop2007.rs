@@ -15,11 +15,14 @@
 //! times next to a light close to a blob.
 
 use super::{least_distance, sun2005};
-use crate::media::gaussians::Seen;
+use crate::media::gaussians::{Gaussian, Seen};
 use crate::media::{Field, toward};
 use crate::num::Num;
+use crate::progress::{Interrupted, Progress};
 use crate::vector::V3;
 use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Where view rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,51 +136,151 @@ pub struct LightSide {
 impl LightSide {
     /// From the depths T(v, b) and T(s, b) of all blobs' own centres, without homogeneous part.
     pub fn new(field: &Field, eye: Eye, light: DVec3, to_eye: &[f64], to_light: &[f64]) -> Self {
-        let beta = field.homogeneous.beta;
-        let exponents = field.blobs.iter().zip(to_eye).zip(to_light).map(|((blob, tv), ts)| {
-            let from = eye.facing(blob.center);
-            let (d_eye, d_light) = (from.distance(blob.center), light.distance(blob.center));
-            // The blob's own part of a path that ends at its centre: half depth times erf.
-            let own = |d: f64| blob.half_depth() * libm::erf(blob.a * d);
-            // A blob's own depths are part of both sums, whose rounding must not make fog that shines.
-            (own(d_eye) - tv).min(0.0) + (own(d_light) - ts).min(0.0) - beta * (d_eye + d_light)
+        let blobs = field.blobs.par_iter().zip(to_eye).zip(to_light);
+        let exponents = blobs.map(|((blob, to_eye), to_light)| {
+            exponent(field, blob, (eye, *to_eye), (light, *to_light))
         });
-        let (direction, distance) = toward(light, eye.facing(light));
-        let along = field.blobs.iter().map(|b| b.optical_depth(light, direction, distance));
-        Self { exponents: exponents.collect(), homogeneous_factor: (-along.sum::<f64>()).exp() }
+        let homogeneous_factor = homogeneous_factor(field, eye, light);
+        Self { exponents: exponents.collect(), homogeneous_factor }
     }
 }
 
-/// T without homogeneous part from a path's start to each blob's centre, to rounding.
-pub fn depths_to_centers(field: &Field, from: impl Fn(DVec3) -> DVec3) -> Vec<f64> {
-    field.blobs.iter().map(|blob| depth_to_center(field, from(blob.center), blob.center)).collect()
+/// Exponent of [`Lit`] for a blob, from T(v, b) and T(s, b) to its centre.
+fn exponent(
+    field: &Field,
+    blob: &Gaussian,
+    (eye, to_eye): (Eye, f64),
+    (light, to_light): (DVec3, f64),
+) -> f64 {
+    let from = eye.facing(blob.center);
+    let (d_eye, d_light) = (from.distance(blob.center), light.distance(blob.center));
+    // The blob's own part of a path that ends at its centre: half depth times erf.
+    let own = |d: f64| blob.half_depth() * libm::erf(blob.a * d);
+    own(d_eye) + own(d_light) - to_eye - to_light - field.homogeneous.beta * (d_eye + d_light)
 }
 
-/// The same of one path.
+/// C_sv (eq. 16); 0 where there is no homogeneous fog for it.
+fn homogeneous_factor(field: &Field, eye: Eye, light: DVec3) -> f64 {
+    if field.homogeneous.beta == 0.0 {
+        return 0.0;
+    }
+    let (direction, distance) = toward(light, eye.facing(light));
+    let along = |blob: &Gaussian| blob.optical_depth(light, direction, distance);
+    (-field.near_segment(light, direction, distance, along)).exp()
+}
+
+/// T without homogeneous part from a start to a blob's centre, to rounding.
 pub fn depth_to_center(field: &Field, start: DVec3, center: DVec3) -> f64 {
     let (direction, length) = toward(start, center);
     field
         .near_segment(start, direction, length, |blob| blob.optical_depth(start, direction, length))
 }
 
-/// L_a per unit of ω·I₀ [1/m²] along a ray in the unit `direction` up to `length` [m].
-pub fn airlight(
-    field: &Field,
-    side: &LightSide,
-    light: DVec3,
+/// T without homogeneous part from where paths start to blobs' centres, to rounding: those that have
+/// been asked for. A ray asks for the blobs that it meets, which are few among many; so no ray takes as
+/// many sums as there are pairs of blobs.
+#[derive(Debug)]
+pub struct CenterDepths {
+    eye: Eye,
+    /// Bits of depths, blob by blob; of a NaN while nobody has asked.
+    depths: Vec<AtomicU64>,
+}
+
+impl CenterDepths {
+    /// None of them yet.
+    pub fn new(field: &Field, eye: Eye) -> Self {
+        let unasked = |_: &Gaussian| AtomicU64::new(f64::NAN.to_bits());
+        Self { eye, depths: field.blobs.iter().map(unasked).collect() }
+    }
+
+    /// The depths to some blobs, by their places.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn get(
+        &self,
+        field: &Field,
+        places: &[usize],
+        progress: &Progress,
+    ) -> Result<Vec<f64>, Interrupted> {
+        let depth = |place: &usize| {
+            // Two threads may form the same number at once; it is the same.
+            let known = f64::from_bits(self.depths[*place].load(Ordering::Relaxed));
+            if !known.is_nan() {
+                return Ok(known);
+            }
+            progress.check()?;
+            let center = field.blobs[*place].center;
+            let depth = depth_to_center(field, self.eye.facing(center), center);
+            self.depths[*place].store(depth.to_bits(), Ordering::Relaxed);
+            Ok(depth)
+        };
+        places.par_iter().map(depth).collect()
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.depths.as_slice())
+    }
+}
+
+/// A ray in f64 with all that the published method asks about its blobs but the lights.
+#[derive(Debug)]
+pub struct Sighted {
     origin: DVec3,
     direction: DVec3,
     length: f64,
-) -> f64 {
-    let floor = least_distance(light.distance(origin));
-    let ray = V3::from(direction);
-    let blobs = field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {
-        let seen = blob.seen_from(origin);
-        let from_light = V3::from((blob.center - light) * blob.a);
-        let lit = Lit { from_light, exponent: *exponent };
-        Crossing::new::<true>(&seen, ray, length).scattered(&seen, &lit, floor)
-    });
-    let beta = field.homogeneous.beta;
-    let homogeneous = sun2005::airlight(beta, (light - origin).into(), ray, length);
-    side.homogeneous_factor * homogeneous + blobs.sum::<f64>() / (4.0 * std::f64::consts::PI)
+    /// Blobs that it meets, to rounding.
+    places: Vec<usize>,
+    eye: Eye,
+    /// T(v, b) of each.
+    to_eye: Vec<f64>,
+}
+
+impl Sighted {
+    /// The ray from `origin` in the unit `direction` up to `length` [m], as one of those that start
+    /// where `from_eye` does.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn new(
+        field: &Field,
+        from_eye: &CenterDepths,
+        (origin, direction, length): (DVec3, DVec3, f64),
+        progress: &Progress,
+    ) -> Result<Self, Interrupted> {
+        let places = field.places_near_segment(origin, direction, length);
+        let to_eye = from_eye.get(field, &places, progress)?;
+        Ok(Self { origin, direction, length, places, eye: from_eye.eye, to_eye })
+    }
+
+    /// L_a per unit of ω·I₀ [1/m²] of a light.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn airlight(
+        &self,
+        field: &Field,
+        light: DVec3,
+        from_light: &CenterDepths,
+        progress: &Progress,
+    ) -> Result<f64, Interrupted> {
+        let Self { origin, direction, length, .. } = *self;
+        let floor = least_distance(light.distance(origin));
+        let ray = V3::from(direction);
+        let to_light = from_light.get(field, &self.places, progress)?;
+        let depths = self.to_eye.iter().zip(to_light);
+        let blobs = self.places.iter().zip(depths).map(|(place, (to_eye, to_light))| {
+            let blob = &field.blobs[*place];
+            let seen = blob.seen_from(origin);
+            let from_light = V3::from((blob.center - light) * blob.a);
+            let exponent = exponent(field, blob, (self.eye, *to_eye), (light, to_light));
+            let lit = Lit { from_light, exponent };
+            Crossing::new::<true>(&seen, ray, length).scattered(&seen, &lit, floor)
+        });
+        let beta = field.homogeneous.beta;
+        let homogeneous = homogeneous_factor(field, self.eye, light)
+            * sun2005::airlight(beta, (light - origin).into(), ray, length);
+        Ok(homogeneous + blobs.sum::<f64>() / (4.0 * std::f64::consts::PI))
+    }
 }

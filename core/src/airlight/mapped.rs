@@ -13,11 +13,9 @@
 
 use super::ToLight;
 use super::path::Path;
-use crate::media::Field;
 use crate::num::Num;
 use crate::phase::Phase;
 use crate::quadrature::gauss_legendre;
-use glam::DVec3;
 use std::f64::consts::FRAC_2_SQRT_PI;
 use std::sync::LazyLock;
 
@@ -320,17 +318,9 @@ fn bisector<N: Num>(low: N, high: N, miss2: N) -> N {
     (low * far + high * near) / (near + far)
 }
 
-/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
-pub fn airlight(
-    field: &Field,
-    phase: Phase,
-    light: DVec3,
-    origin: DVec3,
-    direction: DVec3,
-    length: f64,
-) -> f64 {
-    let path = Path::new(field, light, origin, direction, length);
-    let Some((from, to)) = path.span(length) else { return 0.0 };
+/// L_a per unit of ω·I₀ [1/m²] of the path's light.
+pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
+    let Some((from, to)) = path.span() else { return 0.0 };
     let to = path.reaches(OPAQUE, from, to);
     if to - from <= SHORTEST {
         return 0.0;
@@ -340,7 +330,7 @@ pub fn airlight(
         let through = (-path.depth(t) - lit.depth).exp();
         (path.extinction(t) * phase.value(lit.cos) * through, lit.distance)
     };
-    let probes = Probes::new(from, to, path.dense(length), &path.to_light);
+    let probes = Probes::new(from, to, path.dense(), &path.to_light);
     let monitor = probes.at.map(|t| seen(t).0.sqrt());
     let map = Map::new(phase, from, to, path.to_light, &probes, &monitor);
     // What the blobs alone remove is known; a rule that misses it has not seen them all.

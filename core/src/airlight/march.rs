@@ -21,11 +21,15 @@ pub fn airlight(
     length: f64,
     steps: u32,
 ) -> f64 {
-    if length <= 0.0 || field.is_empty() {
+    airlight_along(&Path::new(field, light, origin, direction, length), phase, steps)
+}
+
+/// The same of the path's light.
+pub(crate) fn airlight_along(path: &Path, phase: Phase, steps: u32) -> f64 {
+    if path.is_clear() {
         return 0.0;
     }
-    let path = Path::new(field, light, origin, direction, length);
-    let step = length / f64::from(steps);
+    let step = path.length / f64::from(steps);
     let (mut sum, mut depth) = (0.0, 0.0f64);
     for i in 0..steps {
         let t = (f64::from(i) + 0.5) * step;

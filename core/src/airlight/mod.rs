@@ -11,6 +11,7 @@ pub mod reference;
 pub mod sun2005;
 
 pub use path::ENDS;
+pub(crate) use path::Path;
 
 use crate::media::Field;
 use crate::num::Num;

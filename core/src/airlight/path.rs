@@ -4,6 +4,7 @@
 use super::ToLight;
 use crate::media::gaussians::Gaussian;
 use crate::media::{Field, toward};
+use crate::progress::{Progress, Watch};
 use glam::DVec3;
 
 /// Radii from its middle on a ray at which a blob has ended there: exp(−4²) is 1e-7.
@@ -24,8 +25,13 @@ struct Met {
 }
 
 /// A view ray and a light, with the blobs that matter to them to rounding.
-pub(super) struct Path {
+///
+/// When the job that it belongs to is over it has no blobs any more, so that whatever sums them up
+/// comes to an end; the sum is for nobody then.
+pub(crate) struct Path<'a> {
     beta: f64,
+    /// How far the ray goes [m].
+    pub length: f64,
     /// Where the light stands.
     pub to_light: ToLight<f64>,
     light: DVec3,
@@ -34,10 +40,11 @@ pub(super) struct Path {
     met: Vec<Met>,
     /// Blobs between the light and the ray.
     shading: Vec<Gaussian>,
+    watch: Option<Watch<'a>>,
 }
 
 /// What a point of the ray gets of the light.
-pub(super) struct Lit {
+pub(crate) struct Lit {
     /// Distance of the light as the falloff counts it, floor included [m].
     pub distance: f64,
     /// Cosine between the light's direction there and the direction back to the eye.
@@ -46,7 +53,7 @@ pub(super) struct Lit {
     pub depth: f64,
 }
 
-impl Path {
+impl<'a> Path<'a> {
     /// Gathers the blobs for a ray in the unit `direction` up to `length` [m].
     pub fn new(field: &Field, light: DVec3, origin: DVec3, direction: DVec3, length: f64) -> Self {
         let mut met = Vec::new();
@@ -60,13 +67,33 @@ impl Path {
         });
         Self {
             beta: field.homogeneous.beta,
+            length,
             to_light: ToLight::new((light - origin).into(), direction.into()),
             light,
             origin,
             direction,
             met,
             shading: field.near_triangle(light, origin, origin + length * direction),
+            watch: None,
         }
+    }
+
+    /// As a part of a job.
+    pub fn of(self, progress: &'a Progress) -> Self {
+        Self { watch: Some(Watch::new(progress)), ..self }
+    }
+
+    fn met(&self) -> &[Met] {
+        if self.goes_on(self.met.len()) { &self.met } else { &[] }
+    }
+
+    fn shading(&self) -> &[Gaussian] {
+        if self.goes_on(self.shading.len()) { &self.shading } else { &[] }
+    }
+
+    /// Whether so many blobs may be summed up; a sum of none counts, too.
+    fn goes_on(&self, blobs: usize) -> bool {
+        self.watch.as_ref().is_none_or(|watch| watch.allows(blobs + 1))
     }
 
     /// β [1/m] at the ray parameter `t` [m].
@@ -76,7 +103,7 @@ impl Path {
 
     /// The same without the homogeneous fog.
     pub fn extinction_of_blobs(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|Met { a, at, peak, .. }| {
+        let blobs = self.met().iter().map(|Met { a, at, peak, .. }| {
             let s = a * (t - at);
             peak * (-s * s).exp()
         });
@@ -90,7 +117,7 @@ impl Path {
 
     /// The same without the homogeneous fog.
     pub fn depth_of_blobs(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|Met { a, at, half_depth, erf_start, .. }| {
+        let blobs = self.met().iter().map(|Met { a, at, half_depth, erf_start, .. }| {
             half_depth * (libm::erf(a * (t - at)) - erf_start)
         });
         blobs.sum()
@@ -101,25 +128,30 @@ impl Path {
         let (ahead, miss) = (self.to_light.closest - t, self.to_light.miss);
         let distance = ahead.hypot(miss);
         let (direction, length) = toward(self.light, self.origin + t * self.direction);
-        let blobs = self.shading.iter();
+        let blobs = self.shading().iter();
         let blobs = blobs.map(|blob| blob.optical_depth_if_near(self.light, direction, length));
         let depth = self.beta * distance + blobs.sum::<f64>();
         Lit { distance, cos: ahead / distance, depth }
     }
 
-    /// From where to where there is fog up to `length` [m]; `None` if there is none.
-    pub fn span(&self, length: f64) -> Option<(f64, f64)> {
+    /// Whether there is no fog at all on the ray, not even the tails of blobs.
+    pub fn is_clear(&self) -> bool {
+        self.length <= 0.0 || (self.beta == 0.0 && self.met.is_empty())
+    }
+
+    /// From where to where there is fog on the ray [m]; `None` if there is none.
+    pub fn span(&self) -> Option<(f64, f64)> {
         if self.beta > 0.0 {
-            return (length > 0.0).then_some((0.0, length));
+            return (self.length > 0.0).then_some((0.0, self.length));
         }
-        self.dense(length)
+        self.dense()
     }
 
     /// The same of the blobs alone.
-    pub fn dense(&self, length: f64) -> Option<(f64, f64)> {
+    pub fn dense(&self) -> Option<(f64, f64)> {
         let from = self.met.iter().map(|met| met.at - ENDS / met.a).fold(f64::INFINITY, f64::min);
         let to = self.met.iter().map(|met| met.at + ENDS / met.a).fold(0.0, f64::max);
-        let (from, to) = (from.max(0.0), to.min(length));
+        let (from, to) = (from.max(0.0), to.min(self.length));
         (from < to).then_some((from, to))
     }
 
@@ -144,7 +176,7 @@ impl Path {
     /// The longest panel that still sees every blob between two ray parameters [m].
     pub fn resolution(&self, start: f64, end: f64) -> f64 {
         const RADII: f64 = 5.0;
-        let crossed = self.met.iter().filter(|met| {
+        let crossed = self.met().iter().filter(|met| {
             let radius = 1.0 / met.a;
             met.half_depth > 1e-9 && met.at + 4.0 * radius > start && met.at - 4.0 * radius < end
         });

@@ -22,15 +22,19 @@ pub fn airlight(
     direction: DVec3,
     length: f64,
 ) -> f64 {
-    if length <= 0.0 || field.is_empty() {
+    airlight_along(&Path::new(field, light, origin, direction, length), phase)
+}
+
+/// The same of the path's light.
+pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
+    if path.is_clear() {
         return 0.0;
     }
-    let path = Path::new(field, light, origin, direction, length);
-    let mut panels = panels(&path, length);
+    let mut panels = panels(path);
     if !phase.is_isotropic() {
         panels = within_turns(&panels);
     }
-    quadrature::adaptive(&panels, 1e-7, |u| integrand(&path, phase, u))
+    quadrature::adaptive(&panels, 1e-7, |u| integrand(path, phase, u))
 }
 
 /// β k(α) e^(−T(v,x)−T(x,s)) / d, the integrand over u.
@@ -42,10 +46,10 @@ fn integrand(path: &Path, phase: Phase, u: f64) -> f64 {
 }
 
 /// Ends of panels in u, each short against the blobs that it crosses.
-fn panels(path: &Path, length: f64) -> Vec<f64> {
+fn panels(path: &Path) -> Vec<f64> {
     let mut ends = vec![0.0];
-    let mut open = vec![length];
-    if (0.0..length).contains(&path.to_light.closest) {
+    let mut open = vec![path.length];
+    if (0.0..path.length).contains(&path.to_light.closest) {
         open.push(path.to_light.closest);
     }
     while let Some(&end) = open.last() {

@@ -9,6 +9,7 @@ use crate::geometry::bundle::Bundle;
 use crate::media::gaussians::{Gaussian, HALF_SQRT_PI, Seen};
 use crate::media::{Field, PICTURE_LOSS, RELATIVE_LOSS};
 use crate::num::{Lanes, Num};
+use crate::progress::Progress;
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 use glam::DVec3;
 
@@ -62,6 +63,11 @@ pub struct BlobList {
     pub whole: Vec<Packed>,
 }
 
+/// Blobs, each lit by a light, that a batch of rays sums up within a few hundredths of a second; and
+/// how many of them an opaque one counts as, which is summed up in f64 and ray by ray.
+const BLOBS_A_LOOK: usize = 1 << 17;
+const OPAQUE_COST: usize = 128;
+
 /// A blob with an upper bound of its depth on any ray of a bundle.
 struct Candidate {
     place: u32,
@@ -106,6 +112,25 @@ impl BlobList {
             }
         };
         Self::keep(field, bundle.origin, &weighed, loss)
+    }
+
+    /// Has all blobs summed up, each for so many lights; in parts where they are so many that the job
+    /// may end meanwhile.
+    pub fn in_parts(&self, lights: usize, progress: &Progress, mut sum: impl FnMut(&Self)) {
+        let most = (BLOBS_A_LOOK / lights.max(1)).max(OPAQUE_COST);
+        let lanes = self.cut.len() + self.dense.len() + self.whole.len();
+        if lanes + OPAQUE_COST * self.opaque.len() <= most {
+            return sum(self);
+        }
+        let cut = self.cut.chunks(most).map(|cut| Self { cut: cut.to_vec(), ..Self::default() });
+        let dense =
+            self.dense.chunks(most).map(|dense| Self { dense: dense.to_vec(), ..Self::default() });
+        let whole =
+            self.whole.chunks(most).map(|whole| Self { whole: whole.to_vec(), ..Self::default() });
+        let opaque = self.opaque.chunks(most / OPAQUE_COST);
+        let opaque = opaque.map(|opaque| Self { opaque: opaque.to_vec(), ..Self::default() });
+        let parts = cut.chain(dense).chain(whole).chain(opaque);
+        parts.take_while(|_| !progress.is_over()).for_each(|part| sum(&part));
     }
 
     /// All but the candidates that together stay within `loss`.

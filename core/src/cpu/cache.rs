@@ -1,179 +1,184 @@
-//! What outlives a frame: geometry, first hits and extinction field, kept while their part of the
-//! scene stays the same. Keyed by content: the parts are compared value by value, so that a stale entry cannot
-//! answer.
+//! What outlives a frame: geometry, extinction field, first hits, and what stands around lights. Each
+//! is found by all that it depends on: surfaces and fog by value, once a frame, and what is made from
+//! them by their address.
 
 use super::batch::Hits;
-use super::mapped::LightTable;
+use super::mapped::{Fineness, LightTable};
 use super::viewpoint::Grid;
+use crate::airlight::fogshop2007::{CenterDepths, Eye};
 use crate::geometry::Geometry;
+use crate::kept::{Kept, Most, Same};
 use crate::media::Field;
-use crate::scene::{Camera, CheckedScene};
+use crate::progress::{Interrupted, Progress};
+use crate::scene::{Blob, Camera, CheckedScene, Shape, Surface, Term, Vec3};
 use glam::DVec3;
-use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-/// Entries that a cache keeps; the size of one is bounded by the scene's limits.
-const KEPT: usize = 3;
-
-/// The newest values made from scenes, by a part of the scene that they depend on.
-#[derive(Debug)]
-struct Newest<T>(Mutex<VecDeque<(CheckedScene, Arc<T>)>>);
-
-impl<T> Default for Newest<T> {
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
-}
-
-impl<T> Newest<T> {
-    /// The value of a scene with the `same` part, else a new one.
-    fn get(
-        &self,
-        scene: &CheckedScene,
-        same: impl Fn(&CheckedScene) -> bool,
-        make: impl FnOnce() -> T,
-    ) -> Arc<T> {
-        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = entries.iter().position(|(key, _)| same(key));
-        let entry = match found.and_then(|at| entries.remove(at)) {
-            Some(entry) => entry,
-            None => (scene.clone(), Arc::new(make())),
-        };
-        let value = Arc::clone(&entry.1);
-        entries.push_front(entry);
-        entries.truncate(KEPT);
-        value
-    }
-}
+/// Geometries, and fields: those of a few scenes that clients go to and fro between.
+const SCENES: Most = Most { entries: 8, bytes: 256 << 20 };
 
 /// Pictures whose first hits are kept.
-const KEPT_PICTURES: usize = 2;
+const PICTURES: Most = Most { entries: 2, bytes: 96 << 20 };
 
 /// Tiles of the largest picture whose first hits are kept: 2 million pixels, 42 MB.
 const KEPT_TILES: usize = 1 << 13;
 
-/// Bytes of depths and of tables around lights that are kept, each: a dragged lamp leaves one behind
-/// at every place.
-const KEPT_BYTES: usize = 128 << 20;
+/// Depths and tables around lights, each: those of a few scenes with the most lights. A dragged lamp
+/// leaves some behind at every place.
+const AROUND_LIGHTS: Most = Most { entries: 256, bytes: 128 << 20 };
 
-/// First hits of all tiles, and what they depend on.
-#[derive(Debug)]
-struct Traced {
-    /// Found by its surfaces, so that the same address means the same content.
-    geometry: Arc<Geometry>,
+/// What first hits depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct Seen {
+    geometry: Same<Geometry>,
     camera: Camera,
     grid: Grid,
     far_m: f64,
-    hits: Arc<Vec<Hits>>,
 }
 
-/// What a scene's fog does around lights: the newest values, by fog and place of the light.
+/// A fog, and a place in it.
+type Place = (Same<Field>, DVec3);
+
+/// Geometry, field, first hits, and what stands around lights, of the scenes that were used last.
 #[derive(Debug)]
-struct AroundLights<T>(Mutex<VecDeque<(CheckedScene, DVec3, Arc<T>)>>);
-
-impl<T> Default for AroundLights<T> {
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
-}
-
-impl<T> AroundLights<T> {
-    /// The value of a light, else a new one; all together take no more than [`KEPT_BYTES`], as
-    /// `bytes` counts them, but for the newest.
-    fn get(
-        &self,
-        scene: &CheckedScene,
-        light: DVec3,
-        make: impl FnOnce() -> T,
-        bytes: impl Fn(&T) -> usize,
-    ) -> Arc<T> {
-        let same = |key: &CheckedScene, at: DVec3| at == light && key.fog.terms == scene.fog.terms;
-        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, _, value)) = entries.iter().find(|(key, at, _)| same(key, *at)) {
-            return Arc::clone(value);
-        }
-        let value = Arc::new(make());
-        let mut sum = bytes(&value);
-        entries.retain(|(_, _, old)| {
-            sum += bytes(old);
-            sum <= KEPT_BYTES
-        });
-        entries.push_front((scene.clone(), light, Arc::clone(&value)));
-        value
-    }
-}
-
-/// Geometry, field, first hits and light tables of the newest scenes.
-#[derive(Debug, Default)]
 pub struct Cache {
-    geometry: Newest<Geometry>,
-    field: Newest<Field>,
-    traced: Mutex<VecDeque<Traced>>,
-    to_light: AroundLights<Vec<f64>>,
-    tables: AroundLights<Option<LightTable>>,
+    geometry: Kept<Vec<Surface>, Geometry>,
+    field: Kept<Vec<Term>, Field>,
+    hits: Kept<Seen, Vec<Hits>>,
+    to_light: Kept<Place, Vec<f64>>,
+    exact_to_light: Kept<Place, CenterDepths>,
+    tables: Kept<(Place, Fineness), Option<LightTable>>,
+}
+
+impl Default for Cache {
+    fn default() -> Self {
+        Self {
+            geometry: Kept::new(SCENES, |surfaces, geometry| {
+                surfaces.iter().map(bytes_of_surface).sum::<usize>() + geometry.bytes()
+            }),
+            field: Kept::new(SCENES, |terms, field| {
+                terms.iter().map(bytes_of_term).sum::<usize>() + field.bytes()
+            }),
+            hits: Kept::new(PICTURES, |_, hits| size_of_val(hits.as_slice())),
+            to_light: Kept::new(AROUND_LIGHTS, |_, depths| size_of_val(depths.as_slice())),
+            exact_to_light: Kept::new(AROUND_LIGHTS, |_, depths| depths.bytes()),
+            tables: Kept::new(AROUND_LIGHTS, |_, table| {
+                table.as_ref().map_or(0, LightTable::bytes)
+            }),
+        }
+    }
 }
 
 impl Cache {
     /// The scene's geometry.
-    pub fn geometry(&self, scene: &CheckedScene) -> Arc<Geometry> {
-        let same = |key: &CheckedScene| key.surfaces == scene.surfaces;
-        self.geometry.get(scene, same, || Geometry::build(&scene.surfaces))
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn geometry(
+        &self,
+        scene: &CheckedScene,
+        progress: &Progress,
+    ) -> Result<Arc<Geometry>, Interrupted> {
+        let make = || Geometry::build(&scene.surfaces, progress);
+        self.geometry.get(scene.surfaces.as_slice(), progress, make)
     }
 
     /// The scene's extinction.
-    pub fn field(&self, scene: &CheckedScene) -> Arc<Field> {
-        let same = |key: &CheckedScene| key.fog.terms == scene.fog.terms;
-        self.field.get(scene, same, || Field::new(&scene.fog))
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn field(
+        &self,
+        scene: &CheckedScene,
+        progress: &Progress,
+    ) -> Result<Arc<Field>, Interrupted> {
+        self.field.get(scene.fog.terms.as_slice(), progress, || Ok(Field::new(&scene.fog)))
     }
 
     /// First hits of all pixel centres, which no change of fog or lights moves.
+    ///
+    /// # Errors
+    /// What `make` fails with.
     pub fn first_hits(
         &self,
         scene: &CheckedScene,
         geometry: &Arc<Geometry>,
         grid: Grid,
-        make: impl FnOnce() -> Vec<Hits>,
-    ) -> Arc<Vec<Hits>> {
+        progress: &Progress,
+        make: impl FnOnce() -> Result<Vec<Hits>, Interrupted>,
+    ) -> Result<Arc<Vec<Hits>>, Interrupted> {
         if grid.count() > KEPT_TILES {
-            return Arc::new(make());
+            return make().map(Arc::new);
         }
-        let same = |old: &Traced| {
-            Arc::ptr_eq(&old.geometry, geometry)
-                && (old.grid, old.far_m) == (grid, scene.far_m)
-                && old.camera == scene.camera
-        };
-        let mut entries = self.traced.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = entries.iter().position(same);
-        let entry = found.and_then(|at| entries.remove(at)).unwrap_or_else(|| Traced {
-            geometry: Arc::clone(geometry),
-            camera: scene.camera.clone(),
-            grid,
-            far_m: scene.far_m,
-            hits: Arc::new(make()),
-        });
-        let hits = Arc::clone(&entry.hits);
-        entries.push_front(entry);
-        entries.truncate(KEPT_PICTURES);
-        hits
+        let (geometry, camera) = (Same::new(geometry), scene.camera.clone());
+        let key = Seen { geometry, camera, grid, far_m: scene.far_m };
+        self.hits.get(&key, progress, make)
     }
 
-    /// The blobs' depths from a light, which no move of the camera changes.
+    /// The blobs' depths from a light as pictures take them, which no move of the camera changes.
+    ///
+    /// # Errors
+    /// What `make` fails with.
     pub fn to_light(
         &self,
-        scene: &CheckedScene,
+        field: &Arc<Field>,
         light: DVec3,
-        make: impl FnOnce() -> Vec<f64>,
-    ) -> Arc<Vec<f64>> {
-        self.to_light.get(scene, light, make, |depths| size_of_val(depths.as_slice()))
+        progress: &Progress,
+        make: impl FnOnce() -> Result<Vec<f64>, Interrupted>,
+    ) -> Result<Arc<Vec<f64>>, Interrupted> {
+        self.to_light.get(&(Same::new(field), light), progress, make)
+    }
+
+    /// The same in f64, for probes.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn exact_to_light(
+        &self,
+        field: &Arc<Field>,
+        light: DVec3,
+        progress: &Progress,
+    ) -> Result<Arc<CenterDepths>, Interrupted> {
+        let make = || Ok(CenterDepths::new(field, Eye::Point(light)));
+        self.exact_to_light.get(&(Same::new(field), light), progress, make)
     }
 
     /// The table around a light, which no move of the camera changes.
+    ///
+    /// # Errors
+    /// What `make` fails with.
     pub fn light_table(
         &self,
-        scene: &CheckedScene,
+        field: &Arc<Field>,
         light: DVec3,
-        make: impl FnOnce() -> Option<LightTable>,
-    ) -> Arc<Option<LightTable>> {
-        self.tables.get(scene, light, make, |table| table.as_ref().map_or(0, LightTable::bytes))
+        fineness: Fineness,
+        progress: &Progress,
+        make: impl FnOnce() -> Result<Option<LightTable>, Interrupted>,
+    ) -> Result<Arc<Option<LightTable>>, Interrupted> {
+        self.tables.get(&((Same::new(field), light), fineness), progress, make)
     }
+}
+
+/// Near enough.
+fn bytes_of_surface(surface: &Surface) -> usize {
+    let parts = match &surface.shape {
+        Shape::Plane(_) | Shape::Sphere(_) | Shape::Box(_) => 0,
+        Shape::Mesh(mesh) => {
+            let vertices = mesh.positions.len() + mesh.normals.as_ref().map_or(0, Vec::len);
+            vertices * size_of::<Vec3>() + size_of_val(mesh.indices.as_slice())
+        }
+        Shape::Heightfield(field) => {
+            field.heights.iter().map(|row| size_of_val(row.as_slice())).sum()
+        }
+    };
+    size_of::<Surface>() + parts
+}
+
+/// Near enough.
+fn bytes_of_term(term: &Term) -> usize {
+    let blobs = match term {
+        Term::Homogeneous(_) => 0,
+        Term::Gaussians(term) => term.blobs.len(),
+    };
+    size_of::<Term>() + blobs * size_of::<Blob>()
 }

@@ -9,6 +9,7 @@ use super::kernels::add_depth;
 use crate::airlight::fogshop2007::depth_to_center;
 use crate::geometry::bundle::Bundle;
 use crate::media::toward;
+use crate::progress::Interrupted;
 use fearless_simd::dispatch;
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use rayon::prelude::*;
@@ -20,7 +21,13 @@ const GROUP: usize = 64;
 const DENSE: f64 = 100.0;
 
 /// Optical depth of all blobs from the start of each path to each blob's centre.
-pub fn depths(context: &Context, start: impl Fn(DVec3) -> DVec3 + Sync) -> Vec<f64> {
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn depths(
+    context: &Context,
+    start: impl Fn(DVec3) -> DVec3 + Sync,
+) -> Result<Vec<f64>, Interrupted> {
     let blobs = &context.field.blobs;
     let path = |i: &usize| {
         let from = start(blobs[*i].center);
@@ -29,21 +36,27 @@ pub fn depths(context: &Context, start: impl Fn(DVec3) -> DVec3 + Sync) -> Vec<f
     };
     let mut order: Vec<usize> = (0..blobs.len()).collect();
     order.sort_by_cached_key(|i| curve_key(path(i).1, path(i).0));
-    let groups: Vec<_> = order
-        .par_chunks(GROUP)
-        .flat_map_iter(|group| {
-            let paths: Vec<_> = group.iter().map(path).collect();
-            group.iter().copied().zip(group_depths(context, &paths)).collect::<Vec<_>>()
-        })
-        .collect();
+    let groups = order.par_chunks(GROUP).map(|group| {
+        context.progress.check()?;
+        let paths: Vec<_> = group.iter().map(path).collect();
+        let mut depths = group_depths(context, &paths);
+        for (i, depth) in group.iter().zip(&mut depths) {
+            // A dense blob's own part is taken out again in f64 (Fogshop 12): f32 would leave 2e-6 of it.
+            if blobs[*i].half_depth() > DENSE {
+                context.progress.check()?;
+                let center = blobs[*i].center;
+                *depth = depth_to_center(context.field, start(center), center);
+            }
+        }
+        Ok(depths)
+    });
+    let groups = groups.collect::<Result<Vec<_>, Interrupted>>()?;
+    context.progress.check()?;
     let mut depths = vec![0.0; blobs.len()];
-    for (i, depth) in groups {
-        // A dense blob's own part is taken out again in f64 (Fogshop 12): f32 would leave 2e-6 of it.
-        let exact = |center| depth_to_center(context.field, start(center), center);
-        let dense = blobs[i].half_depth() > DENSE;
-        depths[i] = if dense { exact(blobs[i].center) } else { depth };
+    for (i, depth) in order.into_iter().zip(groups.into_iter().flatten()) {
+        depths[i] = depth;
     }
-    depths
+    Ok(depths)
 }
 
 fn group_depths(context: &Context, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
@@ -72,8 +85,10 @@ fn group_depths(context: &Context, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
     }
     batch.count = paths.len();
     let mut depth = [0.0; SIZE];
-    dispatch!(context.level, simd => {
-        add_depth::<_, true>(simd, &list, &batch, &length, &mut depth);
+    list.in_parts(1, context.progress, |list| {
+        dispatch!(context.level, simd => {
+            add_depth::<_, true>(simd, list, &batch, &length, &mut depth);
+        });
     });
     depth[..paths.len()].iter().map(|d| f64::from(*d)).collect()
 }

@@ -5,7 +5,7 @@ use super::blobs::{BlobList, Purpose};
 use super::frame::{Context, Lamp};
 use super::kernels::{self, LightRow, add_airlight};
 use crate::airlight::fogshop2007::LightSide;
-use crate::airlight::{Method, march, reference, sun2005};
+use crate::airlight::{Method, Path, march, reference, sun2005};
 use crate::geometry::bundle::Bundle;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
@@ -42,11 +42,11 @@ impl LitBlobs {
     }
 }
 
-/// Optical depth, and airlight if `lit`, along rays that end at `hits`; what interpolates across the
-/// picture is added by [`mapped::add`](super::mapped::add).
+/// Optical depth, and airlight if `lit`, along rays that end at `hits`, as far as the job goes; what
+/// interpolates across the picture is added by [`mapped::add`](super::mapped::add).
 pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let mut fogged = Fogged::clear();
-    if context.field.is_empty() {
+    if context.field.is_empty() || context.progress.is_over() {
         return fogged;
     }
     let beta = context.field.homogeneous.beta as f32;
@@ -122,10 +122,12 @@ fn bundle(position: DVec3, block: &[Ends<'_>], longest: f64) -> Option<Bundle> {
 
 fn add_depth(context: &Context, list: &BlobList, rays: &Rays, length: &Row, depth: &mut Row) {
     let parallel = context.viewpoint.parallel;
-    dispatch!(context.level, simd => if parallel {
-        kernels::add_depth::<_, true>(simd, list, rays, length, depth);
-    } else {
-        kernels::add_depth::<_, false>(simd, list, rays, length, depth);
+    list.in_parts(1, context.progress, |list| {
+        dispatch!(context.level, simd => if parallel {
+            kernels::add_depth::<_, true>(simd, list, rays, length, depth);
+        } else {
+            kernels::add_depth::<_, false>(simd, list, rays, length, depth);
+        });
     });
 }
 
@@ -187,10 +189,12 @@ fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogge
         })
         .collect();
     let (length, parallel) = (&hits.length, context.viewpoint.parallel);
-    dispatch!(context.level, simd => if parallel {
-        add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
-    } else {
-        add_airlight::<_, false>(simd, list, &lights, rays, length, fogged);
+    list.in_parts(lights.len(), context.progress, |list| {
+        dispatch!(context.level, simd => if parallel {
+            add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
+        } else {
+            add_airlight::<_, false>(simd, list, &lights, rays, length, fogged);
+        });
     });
 }
 
@@ -205,11 +209,10 @@ fn add_ray_by_ray(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Ro
         let length = f64::from(hits.length[at]);
         for lamp in &context.lamps {
             let (field, phase, light) = (context.field, context.phase, lamp.position);
+            let path = Path::new(field, light, origin, direction, length).of(context.progress);
             let unit = match context.method {
-                Method::March(steps) => {
-                    march::airlight(field, phase, light, origin, direction, length, steps)
-                }
-                _ => reference::airlight(field, phase, light, origin, direction, length),
+                Method::March(steps) => march::airlight_along(&path, phase, steps),
+                _ => reference::airlight_along(&path, phase),
             };
             let radiance = (unit * lamp.scattered).as_vec3();
             airlight.iter_mut().enumerate().for_each(|(k, row)| row[at] += radiance[k]);

@@ -4,16 +4,17 @@ use super::batch::{Fogged, Hits, NOTHING, Rays, Row, Rows, SIZE, TILE};
 use super::cache::Cache;
 use super::edges::{self, Samples};
 use super::fog::{Ends, LitBlobs};
-use super::mapped::{self, LightTable};
+use super::mapped::{self, Fineness, LightTable};
 use super::trace::{Order, Tracer};
 use super::viewpoint::{Grid, Viewpoint};
-use super::{composite, fog, shade, upsample};
+use super::{centers, composite, fog, shade, upsample};
 use crate::airlight::fogshop2007::LightSide;
 use crate::airlight::{Estimator, Method};
 use crate::geometry::Geometry;
 use crate::media::Field;
 use crate::phase::Phase;
-use crate::renderer::{Frame, Interrupted, Progress};
+use crate::progress::{Interrupted, Progress};
+use crate::renderer::Frame;
 use crate::request::{Layer, Quality, View};
 use crate::scene::{CheckedScene, Material};
 use fearless_simd::{Level, dispatch};
@@ -46,7 +47,7 @@ pub struct Context<'a> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Extinction.
-    pub field: &'a Field,
+    pub field: &'a Arc<Field>,
     /// The camera.
     pub viewpoint: Viewpoint,
     /// The picture.
@@ -81,23 +82,25 @@ pub fn render(
     progress: &Progress,
 ) -> Result<Frame, Interrupted> {
     let mut clock = Clock::start(progress);
-    let (geometry, field) = (cache.geometry(scene), cache.field(scene));
+    let geometry = cache.geometry(scene, progress)?;
+    let field = cache.field(scene, progress)?;
     clock.lap("prepare")?;
     let mut context = Context::new(scene, &geometry, &field, view, progress);
 
-    let hits = cache.first_hits(scene, &geometry, context.grid, || first_hits(&context));
+    let trace = || first_hits(&context);
+    let hits = cache.first_hits(scene, &geometry, context.grid, progress, trace)?;
     clock.lap("surfaces")?;
 
-    context.lit_blobs = light_sides(&context, cache, scene);
-    fill_tables(&mut context, cache, scene);
+    context.lit_blobs = light_sides(&context, cache)?;
+    fill_tables(&mut context, cache)?;
     clock.lap("light_depth")?;
 
     let draft = view.quality == Quality::Draft && context.needs_low_resolution();
-    let low = draft.then(|| upsample::Low::render(&context, &hits));
+    let low = draft.then(|| upsample::Low::render(&context, &hits)).transpose()?;
     let low = low.as_ref();
     clock.lap_if(draft, "low_resolution")?;
 
-    let surface = surfaces(&context, &hits, low);
+    let surface = surfaces(&context, &hits, low)?;
     clock.lap("surface_radiance")?;
 
     let Fog { along_views, edges } = fog(&context, &hits, low);
@@ -120,7 +123,7 @@ impl<'a> Context<'a> {
     pub fn new(
         scene: &CheckedScene,
         geometry: &'a Geometry,
-        field: &'a Field,
+        field: &'a Arc<Field>,
         view: &View,
         progress: &'a Progress,
     ) -> Self {
@@ -183,9 +186,10 @@ impl<'a> Context<'a> {
             && (self.shows_fog() || self.shows_surfaces())
     }
 
-    /// First hits of a tile's rays, which stand in that order.
+    /// First hits of a tile's rays, which stand in that order; some are missing if the job is over.
     pub fn trace(&self, index: usize, rays: &[Rays], order: &Order) -> Vec<Hits> {
-        let tracer = Tracer::new(self.geometry, &self.viewpoint, self.grid.tile(index), order);
+        let tile = self.grid.tile(index);
+        let tracer = Tracer::new(self.geometry, &self.viewpoint, tile, order, self.progress);
         dispatch!(self.level, simd => tracer.trace(simd, rays, self.far_m))
     }
 
@@ -216,55 +220,78 @@ fn numbers(material: &Material) -> [f32; 10] {
     all.map(|v| v as f32)
 }
 
-fn tiles<T: Send>(context: &Context, work: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    (0..context.grid.count()).into_par_iter().map(work).collect()
+/// What is made of so many tiles, unless the job ends.
+pub fn tiles<T: Send>(
+    context: &Context,
+    count: usize,
+    work: impl Fn(usize) -> T + Sync + Send,
+) -> Result<Vec<T>, Interrupted> {
+    let tile = |index| context.progress.check().map(|()| work(index));
+    let done = (0..count).into_par_iter().map(tile).collect::<Result<_, _>>()?;
+    // Tiles that noticed the end themselves are not whole.
+    context.progress.check().map(|()| done)
 }
 
-fn first_hits(context: &Context) -> Vec<Hits> {
+fn first_hits(context: &Context) -> Result<Vec<Hits>, Interrupted> {
     let starts = std::array::from_fn(|row| row * TILE);
     let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
-    let traced = tiles(context, |index| {
+    let traced = tiles(context, context.grid.count(), |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
         context.trace(index, &[rays], &order)
     });
-    traced.into_iter().flatten().collect()
+    Ok(traced?.into_iter().flatten().collect())
 }
 
 /// For the published airlight: what lies between every blob and the lights and the eye.
-pub fn light_sides(context: &Context, cache: &Cache, scene: &CheckedScene) -> Vec<LitBlobs> {
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, Interrupted> {
     if context.method != Method::Fogshop2007 || !context.shows_airlight() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let eye = context.viewpoint.eye();
-    let to_eye = super::centers::depths(context, |center| eye.facing(center));
+    let (field, progress, eye) = (context.field, context.progress, context.viewpoint.eye());
+    let to_eye = centers::depths(context, |center| eye.facing(center))?;
     let side = |lamp: &Lamp| {
-        let make = || super::centers::depths(context, |_| lamp.position);
-        let to_light: Arc<Vec<f64>> = cache.to_light(scene, lamp.position, make);
-        let side = LightSide::new(context.field, eye, lamp.position, &to_eye, &to_light);
-        LitBlobs::new(context, lamp.position, side)
+        let make = || centers::depths(context, |_| lamp.position);
+        let to_light = cache.to_light(field, lamp.position, progress, make)?;
+        progress.check()?;
+        let side = LightSide::new(field, eye, lamp.position, &to_eye, &to_light);
+        Ok(LitBlobs::new(context, lamp.position, side))
     };
     context.lamps.iter().map(side).collect()
 }
 
 /// For the mapped airlight: what lies between the lights and everything else.
-pub fn fill_tables(context: &mut Context, cache: &Cache, scene: &CheckedScene) {
-    if context.method != Method::Mapped || !context.shows_airlight() {
-        return;
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<(), Interrupted> {
+    let pays = mapped::tables_pay(context.field);
+    if context.method != Method::Mapped || !context.shows_airlight() || !pays {
+        return Ok(());
     }
+    let fineness = Fineness::of(context.lamps.len());
     let table = |lamp: &Lamp| {
-        cache.light_table(scene, lamp.position, || LightTable::new(context, lamp.position))
+        let make = || LightTable::new(context, lamp.position, fineness);
+        cache.light_table(context.field, lamp.position, fineness, context.progress, make)
     };
-    let tables: Vec<_> = context.lamps.iter().map(table).collect();
+    let tables = context.lamps.iter().map(table).collect::<Result<Vec<_>, _>>()?;
     for (lamp, table) in context.lamps.iter_mut().zip(tables) {
         lamp.table = table;
     }
+    Ok(())
 }
 
-fn surfaces(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Vec<Rows> {
+fn surfaces(
+    context: &Context,
+    hits: &[Hits],
+    low: Option<&upsample::Low>,
+) -> Result<Vec<Rows>, Interrupted> {
     if !context.shows_surfaces() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    tiles(context, |index| {
+    tiles(context, context.grid.count(), |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
         match low {
             Some(low) => {
@@ -364,7 +391,7 @@ impl<'a> Clock<'a> {
             self.laps.push((name, self.since.elapsed()));
         }
         self.since = Instant::now();
-        if self.progress.is_over() { Err(Interrupted) } else { Ok(()) }
+        self.progress.check()
     }
 }
 

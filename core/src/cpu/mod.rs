@@ -17,10 +17,12 @@ mod triangle;
 mod upsample;
 pub(crate) mod viewpoint;
 
-use crate::probe::{Prober, RayAnswer};
-use crate::renderer::{Frame, Interrupted, Progress};
+use crate::airlight::Method;
+use crate::probe::{Prober, RayAnswer, method};
+use crate::progress::{Interrupted, Progress};
+use crate::renderer::Frame;
 use crate::request::{ProbeRay, View};
-use crate::scene::CheckedScene;
+use crate::scene::{CheckedScene, Point};
 use cache::Cache;
 use rayon::prelude::*;
 
@@ -49,15 +51,22 @@ impl Cpu {
         progress: &Progress,
     ) -> Result<Vec<RayAnswer>, Interrupted> {
         const RAYS_A_JOB: usize = 64;
-        let (geometry, field) = (self.cache.geometry(scene), self.cache.field(scene));
+        let geometry = self.cache.geometry(scene, progress)?;
+        let field = self.cache.field(scene, progress)?;
+        let is_published = method(scene, &field) == Method::Fogshop2007;
+        let lights = scene.lights().filter(|_| is_published);
+        let from_light = |(_, light): (usize, &Point)| {
+            self.cache.exact_to_light(&field, light.position.vector(), progress)
+        };
+        let from_lights = lights.map(from_light).collect::<Result<Vec<_>, _>>()?;
         progress.start(rays.len(), 1.0);
         let jobs = rays.par_chunks(RAYS_A_JOB).map(|rays| {
-            let mut prober = Prober::new(scene, &geometry, &field);
+            let mut prober = Prober::new(scene, &geometry, &field, &from_lights, progress);
             let answer = |ray| {
                 if progress.is_over() {
                     return Err(Interrupted);
                 }
-                let answer = prober.answer(ray);
+                let answer = prober.answer(ray)?;
                 progress.advance();
                 Ok(answer)
             };

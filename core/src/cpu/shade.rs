@@ -13,7 +13,7 @@ use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 
-/// Optical depth from one light to every hit.
+/// Optical depth from one light to every hit; of the homogeneous fog alone if the job is over.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
     let mut paths = Rays::empty();
     let mut length = [0.0; SIZE];
@@ -34,14 +34,19 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
     if context.field.blobs.is_empty() || hits.surface.iter().all(|s| *s == NOTHING) {
         return depth;
     }
+    if context.progress.is_over() {
+        return depth;
+    }
     if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.interpolates()) {
         dispatch!(context.level, simd => add_tabled(simd, table, &paths, &length, &mut depth));
         return depth;
     }
     let lit = (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
     let list = blobs_between(context, lamp, &paths, &length, lit);
-    dispatch!(context.level, simd => {
-        add_depth::<_, false>(simd, &list, &paths, &length, &mut depth);
+    list.in_parts(1, context.progress, |list| {
+        dispatch!(context.level, simd => {
+            add_depth::<_, false>(simd, list, &paths, &length, &mut depth);
+        });
     });
     depth
 }

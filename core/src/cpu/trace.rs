@@ -4,8 +4,10 @@
 use super::batch::{Hits, NOTHING, Rays, Row, SIZE, TILE, get3, load3};
 use super::triangle::{Edges, LinearLanes, Screen};
 use super::viewpoint::{Tile, Viewpoint};
+use crate::geometry::hierarchy::{Bounds, WAITING};
 use crate::geometry::{Geometry, Plane, Solid, Triangle};
 use crate::num::{Lanes, Num};
+use crate::progress::Progress;
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdBase, SimdMask};
 use glam::{DVec2, DVec3, Vec3, Vec4};
@@ -25,6 +27,7 @@ pub struct Tracer<'a> {
     screen: Screen,
     sides: Sides,
     order: &'a Order,
+    progress: &'a Progress,
 }
 
 /// How a tile's rays stand in its batches.
@@ -68,14 +71,15 @@ impl<'a> Tracer<'a> {
         viewpoint: &'a Viewpoint,
         tile: Tile,
         order: &'a Order,
+        progress: &'a Progress,
     ) -> Self {
         let anchor = geometry.anchor - viewpoint.position;
         let screen = Screen::new(viewpoint, tile, order.shifts);
         let sides = Sides::new(tile, viewpoint);
-        Self { geometry, viewpoint, anchor, screen, sides, order }
+        Self { geometry, viewpoint, anchor, screen, sides, order, progress }
     }
 
-    /// Where the rays of all batches end, in one walk.
+    /// Where the rays of all batches end, in one walk, which a job that is over leaves early.
     #[inline(always)]
     pub fn trace<S: Simd>(&self, simd: S, rays: &[Rays], far_m: f32) -> Vec<Hits> {
         let zero = [0.0; SIZE];
@@ -96,19 +100,19 @@ impl<'a> Tracer<'a> {
 
     #[inline(always)]
     fn walk<S: Simd>(&self, simd: S, samples: &mut [Sample<'_>]) {
-        let nodes = &self.geometry.bvh.nodes;
+        let nodes = &self.geometry.hierarchy.nodes;
         let shift = self.anchor.as_vec3();
         let forward = self.viewpoint.forward.as_vec3();
         let axial = |at: usize| {
-            let aabb = &nodes[at].aabb;
-            let (min, max) = (Vec3::from(aabb.min) + shift, Vec3::from(aabb.max) + shift);
+            let Bounds { min, max } = nodes[at].bounds;
+            let (min, max) = (min + shift, max + shift);
             let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
             let outside = self.sides.exclude(middle, half);
             let near = middle.dot(forward) - half.dot(forward.abs());
             let behind = middle.dot(forward) + half.dot(forward.abs()) < 0.0;
             (!outside && !behind).then_some((near, at))
         };
-        let mut stack = [(0.0f32, 0usize); 128];
+        let mut stack = [(0.0f32, 0usize); WAITING];
         let mut top = 0;
         if let Some(root) = nodes.first().and_then(|_| axial(0)) {
             (stack[0], top) = (root, 1);
@@ -121,14 +125,17 @@ impl<'a> Tracer<'a> {
                 continue;
             }
             let node = &nodes[at];
-            let first = node.first_index as usize;
-            if node.prim_count > 0 {
-                let places = first..first + node.prim_count as usize;
+            let first = node.first as usize;
+            if node.count > 0 {
+                let places = first..first + node.count as usize;
                 met += places.len();
                 for place in places {
                     self.meet(simd, place, samples);
                 }
                 if met >= SOLIDS_A_LOOK {
+                    if self.progress.is_over() {
+                        return;
+                    }
                     (farthest, met) = (0.0, 0);
                     for sample in &*samples {
                         farthest = largest(simd, &sample.best.length).max(farthest);
@@ -141,11 +148,8 @@ impl<'a> Tracer<'a> {
                 pair => [pair.0, pair.1],
             };
             for child in pair.into_iter().flatten() {
-                // The builder keeps trees shallower than this; a deeper one would be cut here.
-                if top < stack.len() {
-                    stack[top] = child;
-                    top += 1;
-                }
+                stack[top] = child;
+                top += 1;
             }
         }
     }

@@ -5,10 +5,10 @@
 //! airlight has a peak.
 
 use super::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
-use super::frame::{CENTER, Context, is_nothing, rows_for_lamps};
+use super::frame::{CENTER, Context, is_nothing, rows_for_lamps, tiles};
 use super::shade;
 use super::viewpoint::Grid;
-use rayon::prelude::*;
+use crate::progress::Interrupted;
 
 /// Pixels from one computed pixel to the next.
 const STEP: usize = 4;
@@ -46,34 +46,34 @@ type Sources = [(usize, f32); 4];
 
 impl Low {
     /// Computes one pixel in 16.
-    pub fn render(context: &Context, hits: &[Hits]) -> Self {
+    ///
+    /// # Errors
+    /// [`Interrupted`] when the job's progress says so.
+    pub fn render(context: &Context, hits: &[Hits]) -> Result<Self, Interrupted> {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
         context.progress.start(grid.count(), SHARE);
-        let tiles: Vec<_> = (0..grid.count())
-            .into_par_iter()
-            .map(|index| {
-                let (rays, hits) = gather(context, hits, grid, index);
-                let fogged = context.fog(&rays, &hits);
-                let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
-                let depths: Vec<_> = if context.shows_surfaces() {
-                    context.lamps.iter().map(depth).collect()
-                } else {
-                    rows_for_lamps(context)
-                };
-                context.progress.advance();
-                (hits, fogged, depths)
-            })
-            .collect();
+        let tiles = tiles(context, grid.count(), |index| {
+            let (rays, hits) = gather(context, hits, grid, index);
+            let fogged = context.fog(&rays, &hits);
+            let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
+            let depths: Vec<_> = if context.shows_surfaces() {
+                context.lamps.iter().map(depth).collect()
+            } else {
+                rows_for_lamps(context)
+            };
+            context.progress.advance();
+            (hits, fogged, depths)
+        });
         let images = context.lamps.iter().filter_map(|l| context.viewpoint.project(l.from_camera));
         let glows = images.map(|at| (at.x, at.y)).collect();
         let mut low = Self { grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
-        for (hits, fogged, depths) in tiles {
+        for (hits, fogged, depths) in tiles? {
             low.hits.push(hits);
             low.fogged.push(fogged);
             low.light_depths.push(depths);
         }
-        low
+        Ok(low)
     }
 
     /// Optical depth and airlight of a tile.

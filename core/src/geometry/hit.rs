@@ -38,16 +38,16 @@ impl Geometry {
         }
         let mut stack = vec![0usize];
         while let Some(at) = stack.pop() {
-            let Some(node) = self.bvh.nodes.get(at) else { break };
-            if !ray.meets_box(node.aabb.min.as_dvec3(), node.aabb.max.as_dvec3(), limit) {
+            let Some(node) = self.hierarchy.nodes.get(at) else { break };
+            if !ray.meets_box(node.bounds.min.as_dvec3(), node.bounds.max.as_dvec3(), limit) {
                 continue;
             }
-            let first = node.first_index as usize;
-            if node.prim_count == 0 {
+            let first = node.first as usize;
+            if node.count == 0 {
                 stack.extend([first, first + 1]);
                 continue;
             }
-            for solid in &self.solids[first..first + node.prim_count as usize] {
+            for solid in &self.solids[first..first + node.count as usize] {
                 keep(self.meet(solid, &ray), &mut limit);
             }
         }
@@ -152,13 +152,15 @@ fn nearest([near, far]: [f64; 2]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use crate::geometry::Geometry;
+    use crate::progress::Progress;
     use crate::scene::{Scene, read};
     use glam::DVec3;
 
     fn geometry(surfaces: &str) -> Geometry {
         let json = format!("{{\"surfaces\": {surfaces}}}");
         let scene: Scene = read(json.as_bytes()).expect("valid JSON");
-        Geometry::build(&scene.check().expect("valid scene").surfaces)
+        let scene = scene.check().expect("valid scene");
+        Geometry::build(&scene.surfaces, &Progress::default()).expect("in time")
     }
 
     /// A box is closed and may be seen from inside; its normal always faces the ray.
@@ -170,6 +172,31 @@ mod tests {
         assert!((outside.distance - 4.0).abs() < 1e-9 && outside.normal == DVec3::Z);
         let inside = geometry.first_hit(DVec3::ZERO, DVec3::X, 1e4).unwrap();
         assert!((inside.distance - 1.0).abs() < 1e-9 && inside.normal == DVec3::NEG_X);
+    }
+
+    /// Nested boxes, in whatever order: a ray meets the outermost one, from wherever it comes.
+    #[test]
+    fn the_outermost_of_nested_boxes_is_met() {
+        for count in [140, 1_000, 10_000] {
+            let half = |i: usize| 1.0 + i as f64 * 1e-3;
+            let each = |i| {
+                let h = half(i);
+                format!(
+                    r#"{{"shape": {{"kind": "box", "min": [-{h},-{h},-{h}], "max": [{h},{h},{h}]}}}}"#
+                )
+            };
+            let boxes: Vec<_> = (0..count).map(each).collect();
+            let geometry = geometry(&format!("[{}]", boxes.join(",")));
+            let outermost = half(count - 1);
+            for axis in DVec3::AXES {
+                let from = 100.0 * axis + DVec3::splat(0.3);
+                let hit = geometry.first_hit(from, -axis, 1e4).unwrap();
+                let exact = 100.3 - outermost;
+                assert!((hit.distance - exact).abs() < 1e-5, "{} of {count}", hit.distance);
+            }
+            let hit = geometry.first_hit(DVec3::ZERO, DVec3::X, 1e4).unwrap();
+            assert!((hit.distance - half(0)).abs() < 1e-5, "{} from within {count}", hit.distance);
+        }
     }
 
     /// Two triangles that share an edge leave no gap along it.

@@ -2,19 +2,17 @@
 //! infinite planes beside it.
 
 pub mod bundle;
+pub mod hierarchy;
 mod hit;
 mod mesh;
 
 pub use hit::Hit;
 pub use mesh::Triangle;
 
+use crate::progress::{Interrupted, Progress};
 use crate::scene::{Material, Shape, Surface};
-use glam::{DVec3, Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
-use std::time::Duration;
+use glam::{DVec3, Vec3};
+use hierarchy::{Bounds, Hierarchy};
 
 /// An infinite plane.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +65,7 @@ pub struct Geometry {
     /// What the hierarchy's leaves hold, in their order.
     pub solids: Vec<Solid>,
     /// The hierarchy over `solids`.
-    pub bvh: Bvh2,
+    pub hierarchy: Hierarchy,
     /// Materials, by place among the scene's surfaces.
     pub materials: Vec<Material>,
 }
@@ -78,17 +76,12 @@ impl std::fmt::Debug for Geometry {
     }
 }
 
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Geometry {
     /// Builds what rays need from checked surfaces.
-    pub fn build(surfaces: &[Surface]) -> Self {
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn build(surfaces: &[Surface], progress: &Progress) -> Result<Self, Interrupted> {
         let enabled = || (0u32..).zip(surfaces).filter(|(_, surface)| surface.enabled);
         let anchor = anchor(enabled().map(|(_, surface)| &surface.shape));
         let mut geometry = Self {
@@ -97,10 +90,20 @@ impl Geometry {
             ..Self::default()
         };
         for (place, surface) in enabled() {
+            progress.check()?;
             geometry.add(&surface.shape, place);
         }
-        geometry.index();
-        geometry
+        geometry.index(progress)?;
+        Ok(geometry)
+    }
+
+    /// Bytes that it takes, near enough.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.triangles.as_slice())
+            + size_of_val(self.smooth.as_slice())
+            + size_of_val(self.solids.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + self.hierarchy.bytes()
     }
 
     fn add(&mut self, shape: &Shape, surface: u32) {
@@ -140,14 +143,12 @@ impl Geometry {
     }
 
     /// Builds the hierarchy and brings solids and triangles into the order of its leaves.
-    fn index(&mut self) {
-        if self.solids.is_empty() {
-            return;
-        }
-        let bounds: Vec<_> = self.solids.iter().map(|s| Bounds(self.bounds(s))).collect();
-        self.bvh = build_bvh2(&bounds, BvhBuildParams::fast_build(), &mut Duration::default());
-        let order = &self.bvh.primitive_indices;
-        self.solids = order.iter().map(|&i| self.solids[i as usize]).collect();
+    fn index(&mut self, progress: &Progress) -> Result<(), Interrupted> {
+        let bounds = self.solids.iter().map(|solid| self.bounds(solid));
+        self.hierarchy = Hierarchy::build(bounds, progress)?;
+        // From now on the solids themselves stand in the order of the leaves.
+        let order = std::mem::take(&mut self.hierarchy.items);
+        self.solids = order.into_iter().map(|i| self.solids[i as usize]).collect();
         let mut triangles = Vec::with_capacity(self.triangles.len());
         for solid in &mut self.solids {
             if let Solid::Triangle(at) = solid {
@@ -156,9 +157,10 @@ impl Geometry {
             }
         }
         self.triangles = triangles;
+        Ok(())
     }
 
-    fn bounds(&self, solid: &Solid) -> Aabb {
+    fn bounds(&self, solid: &Solid) -> Bounds {
         let (min, max) = match solid {
             Solid::Triangle(at) => {
                 let [a, b, c] = self.triangles[*at as usize].corners;
@@ -169,7 +171,7 @@ impl Geometry {
         };
         // Rays are traced in f32 too: room for their rounding.
         let slack = Vec3::splat(1e-6) * min.abs().max(max.abs()) + Vec3::splat(1e-30);
-        Aabb { min: Vec3A::from(min - slack), max: Vec3A::from(max + slack) }
+        Bounds { min: min - slack, max: max + slack }
     }
 }
 

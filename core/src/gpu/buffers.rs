@@ -14,7 +14,7 @@ use crate::geometry::{Geometry, Solid};
 use crate::media::PICTURE_LOSS;
 use crate::quadrature::gauss_legendre;
 use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::LazyLock;
 use wgpu::BufferUsages;
 
 /// Depth at which triangles are cut off in front of the camera [m].
@@ -43,15 +43,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of a light, if it has one.
+    /// The table of a light.
     ///
     /// # Errors
     /// Where there is no memory for it.
-    pub fn of(device: &Device, table: &Option<LightTable>) -> Result<Option<Self>, Failure> {
-        table.as_ref().map(|table| Self::new(device, table)).transpose()
-    }
-
-    fn new(device: &Device, table: &LightTable) -> Result<Self, Failure> {
+    pub fn new(device: &Device, table: &LightTable) -> Result<Self, Failure> {
         let [across, down, toward] = table.axes().map(|axis| axis.as_vec3().extend(0.0));
         let toward = toward.with_w(table.reach());
         let extent = Extent { across, down, toward, scale: Vec4::from_array(table.scale()) };
@@ -60,46 +56,6 @@ impl Table {
             extent: device.filled(&layout::one(&extent), BufferUsages::UNIFORM)?,
             means: device.filled(means, BufferUsages::STORAGE)?,
         })
-    }
-}
-
-/// The newest things on the device, by what they were made from.
-#[derive(Debug)]
-pub struct Kept<K, V> {
-    most: usize,
-    entries: Mutex<Vec<(Arc<K>, Arc<V>)>>,
-}
-
-impl<K, V> Kept<K, V> {
-    /// Keeps at most so many.
-    pub fn new(most: usize) -> Self {
-        Self { most, entries: Mutex::default() }
-    }
-
-    /// What was made of `key`, or is made now.
-    ///
-    /// # Errors
-    /// Where there is no memory for it.
-    pub fn get(
-        &self,
-        key: &Arc<K>,
-        make: impl FnOnce() -> Result<V, Failure>,
-    ) -> Result<Arc<V>, Failure> {
-        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = entries.iter().position(|(known, _)| Arc::ptr_eq(known, key));
-        let entry = match found {
-            Some(at) => entries.remove(at),
-            None => (Arc::clone(key), Arc::new(make()?)),
-        };
-        let value = Arc::clone(&entry.1);
-        entries.insert(0, entry);
-        entries.truncate(self.most);
-        Ok(value)
-    }
-
-    /// Lets go of all.
-    pub fn clear(&self) {
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 }
 

@@ -5,6 +5,7 @@
 //! `poll`, an error without a scope would end the process, and the last handle of a queue waits for
 //! work that never ends. Whoever works with a device sees a [`Failure`] instead.
 
+use crate::progress::Interrupted;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -44,6 +45,12 @@ pub enum Failure {
     /// The caller asked to stop.
     #[error("stopped")]
     Interrupted,
+}
+
+impl From<Interrupted> for Failure {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
 }
 
 /// How far a frame is.

@@ -23,10 +23,11 @@ use crate::cpu::cache::Cache;
 use crate::cpu::frame::{Context, Lamp, fill_tables, light_sides};
 use crate::cpu::mapped::LightTable;
 use crate::geometry::Geometry;
+use crate::kept::{Kept, Most, Same};
 use crate::renderer::{Frame, Progress};
 use crate::request::View;
 use crate::scene::CheckedScene;
-use buffers::{Kept, Lists, Table, Triangles};
+use buffers::{Lists, Table, Triangles};
 use compose::Pass;
 use device::Device;
 use frame::Picture;
@@ -50,10 +51,10 @@ pub enum BlobPass {
 /// towards a light without a table at each place. More take a device longer than it is waited for.
 const MOST_MARKED: usize = 1 << 16;
 const MOST_UNTABLED: usize = 1024;
-/// Geometries whose triangles stay on a device.
-const GEOMETRIES: usize = 2;
+/// Geometries whose triangles stay on a device, which itself counts bytes.
+const GEOMETRIES: Most = Most { entries: 2, bytes: usize::MAX };
 /// Tables of lights that stay there: of a frame with the most lights, or of several with few.
-const TABLES: usize = 64;
+const TABLES: Most = Most { entries: 64, bytes: usize::MAX };
 
 /// A device and all that is kept on it.
 #[derive(Debug)]
@@ -61,8 +62,8 @@ pub struct Gpu {
     device: Device,
     pipelines: Pipelines,
     staging: Staging,
-    triangles: Kept<Geometry, Triangles>,
-    tables: Kept<Option<LightTable>, Option<Table>>,
+    triangles: Kept<Same<Geometry>, Triangles>,
+    tables: Kept<Same<Option<LightTable>>, Table>,
     blob_pass: BlobPass,
     /// Whether it forms the mapped airlight.
     maps: bool,
@@ -95,8 +96,8 @@ impl Gpu {
             device,
             pipelines: Pipelines::default(),
             staging: Staging::default(),
-            triangles: Kept::new(GEOMETRIES),
-            tables: Kept::new(TABLES),
+            triangles: Kept::new(GEOMETRIES, |_, _| 0),
+            tables: Kept::new(TABLES, |_, _| 0),
             blob_pass,
             maps,
         }
@@ -164,13 +165,14 @@ impl Gpu {
         progress: &Progress,
     ) -> Result<Option<Frame>, Failure> {
         let begun = Instant::now();
-        let (geometry, field) = (cache.geometry(scene), cache.field(scene));
+        let geometry = cache.geometry(scene, progress)?;
+        let field = cache.field(scene, progress)?;
         let mut context = Context::new(scene, &geometry, &field, view, progress);
         if !self.takes(&context) {
             return Ok(None);
         }
-        context.lit_blobs = light_sides(&context, cache, scene);
-        fill_tables(&mut context, cache, scene);
+        context.lit_blobs = light_sides(&context, cache)?;
+        fill_tables(&mut context, cache)?;
         if context.method == Method::Mapped && sums_too_many(&context) {
             return Ok(None);
         }
@@ -200,7 +202,7 @@ impl Gpu {
         geometry: &Arc<Geometry>,
     ) -> Result<(Picture, Times), Failure> {
         let make = || Triangles::new(&self.device, geometry);
-        let triangles = self.triangles.get(geometry, make)?;
+        let triangles = self.triangles.get(&Same::new(geometry), context.progress, make)?;
         let lists = Lists::new(&self.device, context)?;
         frame::render(self, context, &triangles, &lists)
     }

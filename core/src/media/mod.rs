@@ -94,6 +94,21 @@ impl Field {
         sum
     }
 
+    /// Places of the blobs that a segment meets, to rounding.
+    pub fn places_near_segment(&self, origin: DVec3, direction: DVec3, length: f64) -> Vec<usize> {
+        let bundle = Bundle { origin, axis: direction, radius: 0.0, tan: 0.0, length };
+        let mut places = Vec::new();
+        self.exact_tree().visit(&bundle, |place| places.push(place));
+        places
+    }
+
+    /// Bytes that it takes with its trees, near enough.
+    pub fn bytes(&self) -> usize {
+        /// Bytes of a blob in both trees: two nodes and a place in each.
+        const IN_TREES: usize = 136;
+        self.blobs.len() * (size_of::<Gaussian>() + IN_TREES)
+    }
+
     /// The blobs that any segment from `apex` to a point between `from` and `to` meets, to rounding.
     pub fn near_triangle(&self, apex: DVec3, from: DVec3, to: DVec3) -> Vec<Gaussian> {
         let ray = |end| (apex, toward(apex, end).0);

@@ -30,7 +30,7 @@ pub use patch::Tolerance;
 use patch::{Patch, Places, Ray, SMALLEST, Surroundings};
 use pilot::{FAINT, Nodes};
 use pixels::{Head, Light, Node, Surface, TAIL, Tail, Terms, surface};
-pub use table::LightTable;
+pub use table::{Fineness, LightTable, pay as tables_pay};
 
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
 const CHECK: [f32; 2] = [0.55, 0.45];
@@ -48,7 +48,7 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
     let mut patches = vec![Patch::whole(block, &places)];
-    while let Some(patch) = patches.pop() {
+    while let Some(patch) = patches.pop().filter(|_| !context.progress.is_over()) {
         let longest = patch.members.last().map_or(0.0, |ray| ray.length(block));
         let around = Surroundings::new(context, &blobs, &patch, longest);
         if around.is_coarse {
@@ -60,7 +60,7 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
             let sets_depth = i == 0 && context.interpolates();
             let pass = Pass { context, block, lamp, places: &places, sets_depth };
             let mut parts = pass.light(&patch, &sights, fogged);
-            while let Some(part) = parts.pop() {
+            while let Some(part) = parts.pop().filter(|_| !context.progress.is_over()) {
                 let sights = Sights::new(context, &around.blobs, &part);
                 parts.extend(pass.light(&part, &sights, fogged));
             }

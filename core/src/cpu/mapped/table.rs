@@ -15,6 +15,7 @@ use crate::cpu::kernels::splat3;
 use crate::geometry::bundle::Bundle;
 use crate::media::Field;
 use crate::num::{Lanes, Num};
+use crate::progress::Interrupted;
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdFloat};
 use glam::DVec3;
@@ -22,15 +23,34 @@ use rayon::prelude::*;
 
 /// Fewer blobs than this are summed up directly.
 const FEWEST_BLOBS: usize = 48;
-/// Most samples of a table (8 MB), and of all tables of a frame.
+/// Most samples of a table (8 MB), and of all tables of a frame: as much as is kept of them.
 const MOST: usize = 2 << 20;
-const MOST_TOGETHER: usize = 24 << 20;
+const MOST_TOGETHER: usize = 32 << 20;
 /// Most shells around a light, and behind a window.
 const MOST_SHELLS: [usize; 2] = [112, 160];
 /// What cubics between samples may miss of a blob's half depth, in optical depth.
 const ERROR: f64 = 8e-3;
 /// Directions that are summed up together: a square of them.
 const GROUP: usize = 8;
+/// Blobs at samples along directions side by side that take a few hundredths of a second.
+const BLOBS_A_LOOK: usize = 1 << 20;
+
+/// Whether looking T up in tables is cheaper than adding it up.
+pub fn pay(field: &Field) -> bool {
+    field.blobs.len() >= FEWEST_BLOBS
+}
+
+/// How many samples a table may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fineness(usize);
+
+impl Fineness {
+    /// Of each of so many lights' tables, which fit together. It halves from time to time, so that
+    /// a light more or less seldom changes the tables of all others.
+    pub fn of(lights: usize) -> Self {
+        Self(MOST.min(MOST_TOGETHER / lights.max(1).next_power_of_two()))
+    }
+}
 
 /// T(s, x)/d of a scene's blobs around one light.
 #[derive(Debug)]
@@ -106,18 +126,28 @@ impl Extent {
 }
 
 impl LightTable {
-    /// The table of a light, if it pays.
-    pub fn new(context: &Context, light: DVec3) -> Option<Self> {
-        if context.field.blobs.len() < FEWEST_BLOBS {
-            return None;
-        }
-        let window = Window::new(context.field, light);
+    /// The table of a light; `None` if the blobs are too small for one.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when the job's progress says so.
+    pub fn new(
+        context: &Context,
+        light: DVec3,
+        fineness: Fineness,
+    ) -> Result<Option<Self>, Interrupted> {
+        let Some(mut table) = Self::empty(context.field, light, fineness) else { return Ok(None) };
+        table.fill(context, light)?;
+        Ok(Some(table))
+    }
+
+    /// A table without its values.
+    fn empty(field: &Field, light: DVec3, Fineness(samples): Fineness) -> Option<Self> {
+        let window = Window::new(field, light);
         let (faces, most_shells) =
             if window.is_some() { (1, MOST_SHELLS[1]) } else { (6, MOST_SHELLS[0]) };
         let reach = window.map_or(1.0, |window| window.reach);
-        let samples = MOST.min(MOST_TOGETHER / context.lamps.len());
         let most = ((samples / most_shells / faces) as f64).sqrt() as usize;
-        let extent = Extent::new(context.field, light, reach, most.saturating_sub(3))?;
+        let extent = Extent::new(field, light, reach, most.saturating_sub(3))?;
         let side = (2.0 * reach / extent.spacing).ceil() as usize + 1;
         // A light among the fog meets its mean extinction from the first step on.
         let near = if window.is_some() { extent.near } else { 0.2 * extent.near };
@@ -126,19 +156,17 @@ impl LightTable {
         // One shell stands before the first and one after the last.
         let density = (shells - 3) as f64 / span;
         let first = near.ln() - 1.0 / density;
-        let mut table = Self {
+        Some(Self {
             window,
             side,
             shells,
             first: first as f32,
             density: density as f32,
             values: vec![0.0; faces * (side + 2) * (side + 2) * shells],
-        };
-        table.fill(context, light);
-        Some(table)
+        })
     }
 
-    fn fill(&mut self, context: &Context, light: DVec3) {
+    fn fill(&mut self, context: &Context, light: DVec3) -> Result<(), Interrupted> {
         let (wide, shells) = (self.side + 2, self.shells);
         let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
@@ -148,11 +176,11 @@ impl LightTable {
             let bands = values.chunks_mut(GROUP * wide * shells).enumerate();
             bands.map(move |(band, values)| (face, band * GROUP, values))
         });
-        bands.collect::<Vec<_>>().into_par_iter().for_each(|(face, row, part)| {
+        bands.collect::<Vec<_>>().into_par_iter().try_for_each(|(face, row, part)| {
             for column in (0..wide).step_by(GROUP) {
                 let place = |i: usize| self.direction(face, row + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
-                for (i, shells_of) in group(context, light, &square, &t).into_iter().enumerate() {
+                for (i, shells_of) in group(context, light, &square, &t)?.into_iter().enumerate() {
                     let (y, x) = (i / GROUP, column + i % GROUP);
                     let at = (y * wide + x) * shells;
                     if x < wide && at < part.len() {
@@ -160,8 +188,10 @@ impl LightTable {
                     }
                 }
             }
-        });
+            Ok(())
+        })?;
         self.values = values;
+        Ok(())
     }
 
     /// How much memory it takes.
@@ -322,7 +352,12 @@ fn cubic<N: Num>(x: N) -> [N; 4] {
 }
 
 /// T/d at every shell, for each direction of a group.
-fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<Vec<f32>> {
+fn group(
+    context: &Context,
+    light: DVec3,
+    square: &[DVec3],
+    t: &[Each],
+) -> Result<Vec<Vec<f32>>, Interrupted> {
     let field = context.field;
     let longest = f64::from(t[t.len() - 1][0]);
     let rays: Vec<_> = square.iter().map(|direction| (light, *direction)).collect();
@@ -331,12 +366,19 @@ fn group(context: &Context, light: DVec3, square: &[DVec3], t: &[Each]) -> Vec<V
     let list = BlobList::new(context.level, field, &bundle, 0.0, Purpose::Nodes);
     let blobs = control::unpack(&list);
     let mut all = Vec::with_capacity(square.len());
+    let rows = (BLOBS_A_LOOK / blobs.len().max(1)).max(1);
     for rays in square.chunks(PADDED) {
+        context.progress.check()?;
         let control = Control::from_directions(rays);
-        let depth = Crossings::from_origin(context, &control, &blobs).profile(context, t).depth;
+        let crossings = Crossings::from_origin(context, &control, &blobs);
+        let mut depth = Vec::with_capacity(t.len());
+        for t in t.chunks(rows) {
+            context.progress.check()?;
+            depth.extend(crossings.profile(context, t).depth);
+        }
         for c in 0..rays.len() {
             all.push(depth.iter().zip(t).map(|(depth, t)| depth[c] / t[c]).collect());
         }
     }
-    all
+    Ok(all)
 }

@@ -32,7 +32,8 @@ impl Recorder<'_> {
             let values = self.gpu.device.buffer(bytes, BufferUsages::STORAGE)?;
             Ok(Depths { resolution, values })
         };
-        let depths = self.resolutions().into_iter().map(depths).collect::<Result<Vec<_>, _>>()?;
+        let depths =
+            self.resolutions().into_iter().map(depths).collect::<Result<Vec<_>, Failure>>()?;
         for first in (0..lamps).step_by(most as usize) {
             let end = (first + most).min(lamps);
             for (depths, lamp) in depths.iter().flat_map(|d| (first..end).map(move |l| (d, l))) {

@@ -6,6 +6,7 @@ use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, TILE, all, texture, tiles};
 use crate::gpu::pipelines::Kind;
+use crate::kept::Same;
 use wgpu::{BufferUsages, CommandEncoder};
 
 /// Pixels along the sides of patches.
@@ -56,10 +57,16 @@ impl Recorder<'_> {
         let waiting = Waiting::new(self)?;
         for lamp in 0..self.context.lamps.len() {
             let table = &self.context.lamps[lamp].table;
-            let table = self.gpu.tables.get(table, || Table::of(&self.gpu.device, table))?;
+            let table = match table.as_ref() {
+                Some(values) => {
+                    let make = || Table::new(&self.gpu.device, values);
+                    Some(self.gpu.tables.get(&Same::new(table), self.context.progress, make)?)
+                }
+                None => None,
+            };
             waiting.begin(&mut self.encoder);
             for size in 0..SIDES.len() {
-                self.patches(lamp as u32, Option::as_ref(&table), &waiting, size)?;
+                self.patches(lamp as u32, table.as_deref(), &waiting, size)?;
             }
             // Lamp by lamp, so that no wait is for all of them.
             self.submit()?;

@@ -1,0 +1,90 @@
+//! What a renderer keeps from frame to frame: it never changes a pixel, and it does not grow.
+
+use fogbank_core::request::{Layer, Quality, View};
+use fogbank_core::scene::{CheckedScene, Light};
+use fogbank_core::{Progress, Renderer, presets};
+use fogbank_tests::scenes::{Random, homogeneous, pixel_rays, scene, surfaces, view};
+use serde_json::{Value, json};
+
+/// So many lamps in a fog whose light is looked up in tables, as fine as they may be.
+fn lamps(count: usize) -> Value {
+    let mut random = Random(7);
+    let blobs = random.blobs(60, 3.0, [0.05, 0.15], [1.0, 5.0]);
+    json!({ "camera": { "position": [0, 1, 9], "target": [0, 0, 0] }, "far_m": 60,
+            "surfaces": surfaces(), "lights": random.lamps(count, 2.0),
+            "fog": { "terms": [homogeneous(0.02), blobs] } })
+}
+
+fn pixels(renderer: &Renderer, scene: &CheckedScene, view: &View) -> Vec<f32> {
+    renderer.render(scene, view, &Progress::default()).unwrap().pixels
+}
+
+/// The same frame, whatever the renderer made before: other numbers of lamps, fogs, places, materials
+/// and views, to and fro.
+#[test]
+fn what_is_kept_changes_no_pixel() {
+    let kept = Renderer::default();
+    let with = |pointer: &str, value: Value| {
+        let mut json = lamps(2);
+        *json.pointer_mut(pointer).unwrap() = value;
+        json
+    };
+    let mut published = lamps(2);
+    published["fog"]["airlight"] = json!("fogshop2007");
+    let scenes = [
+        lamps(33),
+        lamps(1),
+        lamps(2),
+        with("/lights/0/position/0", json!(-0.3)),
+        with("/fog/terms/1/blobs/3/extinction", json!(30)),
+        with("/surfaces/1/material/diffuse/0", json!(0.1)),
+        with("/camera/position/0", json!(0.5)),
+        with("/far_m", json!(11)),
+        published.clone(),
+        lamps(1),
+        published,
+    ];
+    let view = view(32, 24, Layer::Beauty, Quality::Full);
+    for (i, json) in scenes.iter().enumerate() {
+        let (scene, fresh, progress) = (scene(json), Renderer::default(), Progress::default());
+        let is_same = pixels(&kept, &scene, &view) == pixels(&fresh, &scene, &view);
+        assert!(is_same, "scene {i} looks otherwise");
+        let rays = pixel_rays(&scene, 6, 4);
+        let answers = [&kept, &fresh].map(|renderer| renderer.probe(&scene, &rays, &progress));
+        assert!(answers[0] == answers[1], "scene {i} is otherwise");
+    }
+}
+
+/// Bytes of memory that this process holds.
+fn resident() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
+    let pages: u64 = text.split(' ').nth(1).unwrap().parse().unwrap();
+    4096 * pages
+}
+
+/// Drags a lamp through a scene; how much memory every so many frames take, after the first ones.
+fn drag(name: &str, frames: u32, view: &View) -> Vec<u64> {
+    let preset = presets::all().into_iter().find(|preset| preset.name == name).unwrap();
+    let renderer = Renderer::default();
+    let mut resident_at = Vec::new();
+    for i in 0..frames {
+        let mut moved = preset.scene.clone();
+        let Light::Point(lamp) = &mut moved.lights[0];
+        lamp.position.0[0] += 1e-3 * f64::from(i);
+        pixels(&renderer, &moved.check().unwrap(), view);
+        if i % (frames / 10) == 0 {
+            resident_at.push(resident());
+        }
+    }
+    resident_at
+}
+
+/// A lamp that is dragged past thousands of places leaves none of them behind.
+#[test]
+fn a_dragged_lamp_leaves_no_memory_behind() {
+    let view = view(16, 16, Layer::Airlight, Quality::Draft);
+    let at = drag("steaming-vessel", 2_000, &view);
+    let (early, late) = (at[1], at[9]);
+    let grown = late.saturating_sub(early) >> 20;
+    assert!(grown < 32, "1800 frames leave {grown} MB: {at:?}");
+}
