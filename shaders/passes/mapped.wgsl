@@ -105,6 +105,9 @@ const LARGEST_RULE: u32 = 512u;
 const LAYERS: u32 = 4u;
 /// Larger than any distance [m].
 const FAR: f32 = 1e30;
+/// The rule is chosen for the ray through the middle; on the ninth it may miss so many times more of
+/// what blobs remove.
+const ELSEWHERE: f32 = 4.0;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
 /// Every blob of a mask, every eighth, and every thirty-second.
@@ -320,8 +323,8 @@ fn head_airlight(
 
     let toward = to_light(light, own.ray);
     var sum = 0.0;
-    // The airlight along the ninth ray, as it is and as it would be.
-    var compared = vec2<f32>(0.0);
+    // Along the ninth ray: the airlight as it is and as it would be, and what blobs remove there.
+    var compared = vec3<f32>(0.0);
     for (var first = 0u; first < size; first += BATCH) {
         place_nodes(place, map, size, first);
         fill_batch(place, scope, light);
@@ -332,22 +335,29 @@ fn head_airlight(
             }
         }
     }
-    let both = tile::total(place, vec4<f32>(compared, 0.0, 0.0)).xy;
-    let rough = through > UNSEEN && abs(both.x - both.y) > limits.whole.w * both.x;
+    // Eight invocations hold each node's values.
+    let ninth = tile::total(place, vec4<f32>(compared, 0.0)).xyz / 8.0;
+    let removed = num::absorptance(
+        depth_at_end(place, patch::ray_at(frame, scope.area, pixels::CHECK), piece),
+    );
+    let misses = abs(ninth.z - removed) > ELSEWHERE * limits.rule.y * removed + mapped::NOTHING;
+    let differs = abs(ninth.x - ninth.y) > limits.whole.w * ninth.x;
+    let rough = through > UNSEEN && (differs || misses);
     return vec2<f32>(sum, select(0.0, 1.0, rough && !scope.is_last));
 }
 
 /// A node's share of the airlight along the ninth ray, from its fields there and from those between
 /// the eight rays; eight invocations have the same.
-fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec2<f32> {
+fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec3<f32> {
     let g = frame.optics.x;
     let ray = patch::ray_at(frame, scope.area, pixels::CHECK);
     let toward = to_light(light, ray);
     let node = batch::nodes[place / 8u];
     let at = fields_of_eight(place, ray, light, node.x);
-    return vec2<f32>(
+    return vec3<f32>(
         mapped::scattered(g, toward, node.x - toward.closest, at.log_seen + node.y, at.mean),
         batch::airlight(place / 8u, g, pixels::shares(pixels::CHECK), toward),
+        at.of_blobs * num::exp_bounded(node.y),
     );
 }
 

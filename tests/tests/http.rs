@@ -519,7 +519,8 @@ fn examples_are_answered_as_the_document_says() {
             let bodies = examples.as_object().into_iter().flat_map(|all| all.values());
             let mut answers: Vec<_> =
                 bodies.map(|body| server.post(path, &body["value"])).collect();
-            if answers.is_empty() && method == "get" {
+            // A path that names something has an answer only while that is there.
+            if answers.is_empty() && method == "get" && !path.contains('{') {
                 answers.push(server.get(path));
             }
             sent += answers.len();

@@ -72,10 +72,13 @@ fn stages() -> Vec<Value> {
         json!({ "kind": "gaussians", "id": "nothing" }),
     ]);
     let mut parallel = stage();
+    // Of an upright vector another height would be but another length.
+    parallel["camera"]["up"] = json!([0.2, 1, 0.1]);
     parallel["camera"]["projection"] = json!({ "kind": "orthographic", "height_m": 6 });
     parallel["fog"]["phase"] = json!({ "kind": "henyey_greenstein", "g": 0.4 });
     let mut even = edited(&stage(), "/fog/terms/1", &json!({ "kind": "homogeneous" }));
     even["fog"]["airlight"] = json!("none");
+    even["fog"]["surface_lighting"] = json!("attenuated");
     let complete = |scene: Value| {
         let scene: Scene = read(scene.to_string().as_bytes()).expect("a scene");
         serde_json::to_value(scene).unwrap()

@@ -34,8 +34,8 @@ pub const OPAQUE: f64 = 24.0;
 
 /// Relative difference of two rules that agree along a single ray.
 const AGREE: f64 = 1e-4;
-/// What a rule may miss of the light that fog scatters or absorbs, ∫ β e^(−T) dt.
-const UNMET: f64 = 3e-3;
+/// What a rule may miss of the light that blobs scatter or absorb, ∫ β e^(−T) dt.
+const UNMET: f64 = 3e-4;
 
 /// Gauss–Legendre abscissae and weights on [0, 1], one pair for each of [`SIZES`].
 static GAUSS: LazyLock<Vec<(Vec<f64>, Vec<f64>)>> =
