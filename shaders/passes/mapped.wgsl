@@ -105,9 +105,6 @@ const LARGEST_RULE: u32 = 512u;
 const LAYERS: u32 = 4u;
 /// Larger than any distance [m].
 const FAR: f32 = 1e30;
-/// The rule is chosen for the ray through the middle; on the ninth it may miss so many times more of
-/// what blobs remove.
-const ELSEWHERE: f32 = 4.0;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
 /// Every blob of a mask, every eighth, and every thirty-second.
@@ -340,7 +337,7 @@ fn head_airlight(
     let removed = num::absorptance(
         depth_at_end(place, patch::ray_at(frame, scope.area, pixels::CHECK), piece),
     );
-    let misses = abs(ninth.z - removed) > ELSEWHERE * limits.rule.y * removed + mapped::NOTHING;
+    let misses = abs(ninth.z - removed) > limits.rule.y * removed + mapped::NOTHING;
     let differs = abs(ninth.x - ninth.y) > limits.whole.w * ninth.x;
     let rough = through > UNSEEN && (differs || misses);
     return vec2<f32>(sum, select(0.0, 1.0, rough && !scope.is_last));

@@ -117,7 +117,7 @@ impl Server {
         self.child.wait().expect("it ends").code()
     }
 
-    /// The most memory that it has had at a time [bytes], as the system counts it.
+    /// The most memory that it has had at a time, in bytes, as the system counts it.
     pub fn peak_memory_bytes(&self) -> usize {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()));
         let status = status.expect("a system that counts");

@@ -204,7 +204,7 @@ fn what_is_wrong_with_a_scene_is_told_line_by_line() {
     let unknown = scene_file("unknown.json", &json!({ "fog": { "density": 1 } }));
     let error = fail(&["render", &unknown, "-o", out_name], 3);
     assert!(
-        error.starts_with(&format!("fogbank: {unknown}: /fog/density: unknown field")),
+        error.starts_with(&format!("fogbank: {unknown}: /fog/density: unknown key")),
         "{error}"
     );
     let no_json = file("no.json");

@@ -81,8 +81,10 @@ impl Checker {
     /// `value` must lie in `range`.
     pub fn number(&mut self, value: f64, range: Range, pointer: impl FnOnce() -> String) {
         if !range.contains(value) {
-            // In full, 1e300 has 301 digits.
-            self.refuse(Code::OutOfRange, pointer, outside(&format_args!("{value:?}"), range));
+            // In full, 1e300 has 301 digits; and a whole number needs no ".0".
+            let text = format!("{value:?}");
+            let text = text.strip_suffix(".0").unwrap_or(&text);
+            self.refuse(Code::OutOfRange, pointer, outside(&text, range));
         }
     }
 
