@@ -9,7 +9,7 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for number in 0..SCENES {
         let json = everyday(number);
-        let exact = Exact::new(&json, 240);
+        let exact = Exact::new(&json, 120);
         let cells = [Use::Numbers, Use::Screen, Use::Draft].map(|wanted| {
             let seen = exact.measure(wanted);
             format!("{} | {:.2}", words(seen.errors), 100.0 * seen.step)
