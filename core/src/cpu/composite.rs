@@ -9,7 +9,7 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// The layer's picture, `[height][width][channels]`.
-pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[Fogged]) -> Vec<f32> {
+pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[&Fogged]) -> Vec<f32> {
     let (channels, width) = (context.view.layer.channels(), context.grid.width);
     let (black, clear) = ([[0.0; SIZE]; 3], Fogged::clear());
     let across = width.div_ceil(TILE);
@@ -18,7 +18,8 @@ pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[Fog
         for column in 0..across {
             let tile = band * across + column;
             let surface = surface.get(tile).unwrap_or(&black);
-            let values = compose(context, &hits[tile], surface, fogged.get(tile).unwrap_or(&clear));
+            let fogged = fogged.get(tile).copied().unwrap_or(&clear);
+            let values = compose(context, &hits[tile], surface, fogged);
             for (y, row) in rows.chunks_mut(width * channels).enumerate() {
                 let end = row.len().min((column + 1) * TILE * channels);
                 let pixels = row[column * TILE * channels..end].chunks_exact_mut(channels);

@@ -103,11 +103,14 @@ pub fn render(
     let surface = surfaces(&context, &hits, low)?;
     clock.lap("surface_radiance")?;
 
-    let Fog { along_views, edges } = fog(&context, &hits, low);
-    clock.lap(if edges.is_empty() { "airlight" } else { "airlight_and_edges" })?;
+    let blocks = blocks(&context);
+    let fog = fog(&context, &hits, low, &blocks);
+    let has_edges = fog.iter().any(|block| !block.edges.is_empty());
+    clock.lap(if has_edges { "airlight_and_edges" } else { "airlight" })?;
 
+    let along_views = by_tile(&context, &blocks, &fog);
     let mut pixels = composite::picture(&context, &hits, &surface, &along_views);
-    for (index, edges) in &edges {
+    for (index, edges) in fog.iter().flat_map(|block| &block.edges) {
         edges::place(&context, *index, edges, &mut pixels);
     }
     clock.lap("composite")?;
@@ -220,26 +223,31 @@ fn numbers(material: &Material) -> [f32; 10] {
     all.map(|v| v as f32)
 }
 
-/// What is made of so many tiles, unless the job ends.
-pub fn tiles<T: Send>(
+/// What is made of so many tiles, unless the job ends: then the rest is `blank`, which lets every
+/// tile be written at its place.
+pub fn tiles<T: Clone + Send + Sync>(
     context: &Context,
     count: usize,
+    blank: &T,
     work: impl Fn(usize) -> T + Sync + Send,
 ) -> Result<Vec<T>, Interrupted> {
-    let tile = |index| context.progress.check().map(|()| work(index));
-    let done = (0..count).into_par_iter().map(tile).collect::<Result<_, _>>()?;
-    // Tiles that noticed the end themselves are not whole.
+    /// Tiles that one thread takes at once: inside its pool a job would be cut in a few pieces only,
+    /// and threads would wait for the slowest.
+    const AT_ONCE: usize = 8;
+    let is_over = || context.progress.is_over();
+    let tile = |index| if is_over() { blank.clone() } else { work(index) };
+    let done = (0..count).into_par_iter().with_max_len(AT_ONCE).map(tile).collect();
     context.progress.check().map(|()| done)
 }
 
 fn first_hits(context: &Context) -> Result<Vec<Hits>, Interrupted> {
     let starts = std::array::from_fn(|row| row * TILE);
     let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
-    let traced = tiles(context, context.grid.count(), |index| {
+    let nothing = Hits::nothing(context.far_m);
+    tiles(context, context.grid.count(), &nothing, |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        context.trace(index, &[rays], &order)
-    });
-    Ok(traced?.into_iter().flatten().collect())
+        context.trace(index, &[rays], &order).pop().unwrap_or_else(|| nothing.clone())
+    })
 }
 
 /// For the published airlight: what lies between every blob and the lights and the eye.
@@ -291,7 +299,7 @@ fn surfaces(
     if !context.shows_surfaces() {
         return Ok(Vec::new());
     }
-    tiles(context, context.grid.count(), |index| {
+    tiles(context, context.grid.count(), &[[0.0; SIZE]; 3], |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
         match low {
             Some(low) => {
@@ -303,7 +311,7 @@ fn surfaces(
     })
 }
 
-/// What fog does to the picture.
+/// What fog does to a block of tiles.
 struct Fog {
     /// Tile by tile, if the layer shows it.
     along_views: Vec<Fogged>,
@@ -311,24 +319,37 @@ struct Fog {
     edges: Vec<(usize, edges::Resolved)>,
 }
 
-/// Block by block: what is interpolated across the picture serves pixels and the samples of edges.
-fn fog(context: &Context, hits: &[Hits], low: Option<&upsample::Low>) -> Fog {
-    let edges = context.view.samples.is_some_and(|samples| samples > 1);
-    if !context.shows_fog() && !edges {
-        return Fog { along_views: Vec::new(), edges: Vec::new() };
-    }
+/// Tiles whose fog is formed together: what is interpolated across the picture serves them all.
+fn blocks(context: &Context) -> Vec<Vec<usize>> {
     // What a draft interpolates reaches farther.
     let across = if context.view.quality == Quality::Draft { 4 } else { 2 };
-    let blocks = context.grid.blocks(across);
+    context.grid.blocks(across)
+}
+
+/// The fog of each block, for its pixels and the samples of its edges.
+fn fog(
+    context: &Context,
+    hits: &[Hits],
+    low: Option<&upsample::Low>,
+    blocks: &[Vec<usize>],
+) -> Vec<Fog> {
+    let edges = context.view.samples.is_some_and(|samples| samples > 1);
+    if !context.shows_fog() && !edges {
+        return Vec::new();
+    }
     let tiles = if context.shows_fog() { context.grid.count() } else { 0 };
     context.progress.start(tiles, 1.0);
-    let done: Vec<_> = blocks.par_iter().map(|block| fog_of(context, hits, low, block)).collect();
-    let mut fog = Fog { along_views: vec![Fogged::clear(); tiles], edges: Vec::new() };
-    for (block, done) in blocks.iter().zip(done) {
-        block.iter().zip(done.along_views).for_each(|(i, value)| fog.along_views[*i] = value);
-        fog.edges.extend(done.edges);
-    }
-    fog
+    // One by one, because some take ten times as long as others.
+    blocks.par_iter().with_max_len(1).map(|block| fog_of(context, hits, low, block)).collect()
+}
+
+/// The fog of each tile; of none if the layer shows no fog.
+fn by_tile<'a>(context: &Context, blocks: &[Vec<usize>], fog: &'a [Fog]) -> Vec<&'a Fogged> {
+    let tiles = blocks.iter().zip(fog).flat_map(|(block, fog)| block.iter().zip(&fog.along_views));
+    let mut tiles: Vec<_> = tiles.collect();
+    tiles.sort_unstable_by_key(|(index, _)| **index);
+    debug_assert!(tiles.is_empty() || tiles.len() == context.grid.count());
+    tiles.into_iter().map(|(_, fogged)| fogged).collect()
 }
 
 fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: &[usize]) -> Fog {
@@ -343,19 +364,21 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     let ends = |(index, rays): (&usize, _)| Ends { rays, hits: &hits[*index] };
     let mut ends: Vec<_> = block.iter().zip(&rays).take(tiles).map(ends).collect();
     ends.extend(samples.iter().flat_map(Samples::ends));
+    let is_mapped = context.method == Method::Mapped && context.shows_airlight();
     let fog = |(at, Ends { rays, hits }): (usize, &Ends)| {
         let fogged = match low {
             Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
             _ => context.fog(rays, hits),
         };
-        if at < tiles {
+        if at < tiles && !is_mapped {
             context.progress.advance();
         }
         fogged
     };
     let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
-    if context.method == Method::Mapped && context.shows_airlight() {
+    if is_mapped {
         mapped::add(context, &ends, &mut along_views);
+        (0..tiles).for_each(|_| context.progress.advance());
     }
     let along_samples = along_views.split_off(tiles);
     let mut rest = along_samples.as_slice();

@@ -53,7 +53,8 @@ impl Low {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
         context.progress.start(grid.count(), SHARE);
-        let tiles = tiles(context, grid.count(), |index| {
+        let blank = (Hits::nothing(context.far_m), Fogged::clear(), Vec::new());
+        let tiles = tiles(context, grid.count(), &blank, |index| {
             let (rays, hits) = gather(context, hits, grid, index);
             let fogged = context.fog(&rays, &hits);
             let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);

@@ -122,7 +122,7 @@ static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
 });
 
 fn tolerance(context: &Context) -> Tolerance {
-    let t = mapped::Tolerance::new(&context.view);
+    let t = mapped::Tolerance::new(context);
     Tolerance {
         whole: Vec4::new(t.near, t.hidden, t.wide, t.rough as f32),
         rule: Vec4::new(t.agree as f32, t.unmet as f32, 0.0, 0.0),

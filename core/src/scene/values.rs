@@ -20,9 +20,10 @@ macro_rules! triple {
                 Self([value; 3])
             }
 
-            /// The components as a vector of the maths.
+            /// The components as a vector of the maths; −0 becomes 0, which it equals as a key but not
+            /// in its sign.
             pub fn vector(self) -> DVec3 {
-                DVec3::from_array(self.0)
+                DVec3::from_array(self.0) + DVec3::ZERO
             }
         }
 
@@ -49,3 +50,15 @@ triple!(
     Albedo,
     limits::FRACTION
 );
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kept values are found by numbers that compare equal; what is made from them must be the same.
+    #[test]
+    fn no_vector_has_a_negative_zero() {
+        let vector = Vec3([-0.0, 0.0, -1.0]).vector();
+        assert_eq!(vector.to_array().map(f64::to_bits), [0.0, 0.0, -1.0].map(f64::to_bits));
+    }
+}

@@ -36,9 +36,9 @@ pub use table::{Fineness, LightTable, pay as tables_pay};
 const CHECK: [f32; 2] = [0.55, 0.45];
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
-/// A tail among blobs may be so many of their radii long, times a layer's share: over half a radius a
-/// Gaussian is a cubic to 1 %.
-const SMOOTH: f32 = 3.0;
+/// A tail among blobs may be so many of their radii long, times a layer's share: over a radius, as
+/// in 8-bit pictures, a Gaussian is a cubic to 2 %.
+const SMOOTH: f32 = 4.5;
 /// A layer is at least this share of the blobs' extent.
 pub const THIN: f32 = 0.02;
 
@@ -146,7 +146,7 @@ impl Pass<'_> {
             return Vec::new();
         };
         let layers = self.layers(patch, &sights.control, from, to, dense);
-        let tolerance = Tolerance::new(&self.context.view);
+        let tolerance = Tolerance::new(self.context);
         if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
             return split();
         }
@@ -193,7 +193,7 @@ impl Pass<'_> {
         let end = |ray: &Ray| ray.length(self.block).min(to);
         let reached = patch.members.partition_point(|ray| ray.length(self.block) <= from);
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
-        let share = Tolerance::new(&self.context.view).layer;
+        let share = Tolerance::new(self.context).layer;
         let mut layers = Vec::new();
         let mut rest = &patch.members[reached..];
         while let Some(nearest) = rest.first() {

@@ -30,9 +30,26 @@ pub struct Tolerance {
     pub layers: usize,
 }
 
+/// Up to so many blobs, each casts a shadow of its own along a ray: its edges are sharper than what a
+/// rule's terms can tell, so the rule must be this many times better. The shadows of more lie over
+/// each other.
+const FEW: usize = 16;
+const SHARP: f64 = 8.0;
+
+/// The closest agreement that f32 can show.
+const CLOSEST: f64 = 3e-4;
+
 impl Tolerance {
+    /// Of a frame.
+    pub fn new(context: &Context) -> Self {
+        let usual = Self::of(&context.view);
+        let few = context.field.blobs.len() <= FEW;
+        let agree = if few { (usual.agree / SHARP).max(CLOSEST) } else { usual.agree };
+        Self { agree, ..usual }
+    }
+
     /// Of a picture whose numbers are wanted, of one for the eye, or of one in motion.
-    pub fn new(view: &View) -> Self {
+    fn of(view: &View) -> Self {
         match view.quality {
             Quality::Full if !view.for_screen => Self {
                 near: 0.45,
@@ -202,7 +219,7 @@ impl Patch {
 /// Whether one set of nodes does not suffice for what a patch's rays see of a light.
 pub fn is_near(context: &Context, lamp: &Lamp, patch: &Patch) -> bool {
     let image = context.viewpoint.project(lamp.from_camera).map(DVec2::as_vec2);
-    let near = Tolerance::new(&context.view).near;
+    let near = Tolerance::new(context).near;
     let size = patch.size();
     size > SMALLEST && image.is_some_and(|image| size > near * patch.middle().distance(image))
 }
@@ -227,7 +244,7 @@ impl Surroundings {
         // Half the patch's diagonal: per metre of distance, else in metres.
         let spread = rim.as_vec3().distance(axis);
         let width = rim_offset.as_vec3().distance(offset);
-        let Tolerance { hidden: most, wide, .. } = Tolerance::new(&context.view);
+        let Tolerance { hidden: most, wide, .. } = Tolerance::new(context);
         let (mut hidden, mut depth, mut end) = (0.0, 0.0, 0.0f32);
         let meets = |blob: &&Blob| {
             let b = Vec3::from(blob.b) - offset * blob.a;

@@ -119,7 +119,7 @@ impl Pass<'_> {
         // Beside as much homogeneous fog, a thin blob need not be met as closely.
         let among = dense.map_or(0.0, |(low, high)| f64::from(beta) * (high - low));
         let known = removed.max(-(-among).exp_m1());
-        let Tolerance { agree, unmet, .. } = Tolerance::new(&context.view);
+        let Tolerance { agree, unmet, .. } = Tolerance::new(context);
         let suffices = |nodes: &Nodes| {
             let fields = self.fields(sight, &nodes.t);
             let met = dispatch!(level, simd => removed_by_blobs(simd, nodes, &fields, beta));
@@ -164,7 +164,7 @@ impl Pass<'_> {
         }
         let to_light = sight.rays.light(self.lamp);
         let [is, would_be] = [&exact, &smooth].map(|fields| self.terms(&to_light, nodes, fields));
-        let Tolerance { rough, agree, .. } = Tolerance::new(&self.context.view);
+        let Tolerance { rough, agree, .. } = Tolerance::new(self.context);
         let dims = f64::from((at(&head.depth, x, y) - through).abs() * (-through).exp());
         let (is, would_be, missed) = (total(&is), total(&would_be), nodes.rule.unresolved(&is));
         (is - would_be).abs() > rough * is
