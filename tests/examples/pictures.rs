@@ -1,6 +1,7 @@
 //! Prints how long whole 8-bit pictures of 800×600 take, as a table in Markdown: the presets, and the
 //! slowest of the everyday scenes: `cargo run --release -p fogbank-tests --example pictures`.
 
+use fogbank_core::image::Format;
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::{Progress, Renderer};
@@ -41,8 +42,8 @@ fn row(name: &str, json: &Value) {
 /// The quickest of some frames, whose camera moves a little.
 fn milliseconds(json: &Value, airlight: &str, quality: Quality, tries: usize) -> f64 {
     let renderer = Renderer::default();
-    let view = View { for_screen: true, ..view(800, 600, Layer::Beauty, quality) };
-    let samples = if quality == Quality::Full { Some(4) } else { Some(1) };
+    let asked = View { samples: None, ..view(800, 600, Layer::Beauty, quality) };
+    let view = asked.for_format(Format::Png);
     let mut json = json.clone();
     json["fog"]["airlight"] = airlight.into();
     let mut best = f64::INFINITY;
@@ -51,7 +52,7 @@ fn milliseconds(json: &Value, airlight: &str, quality: Quality, tries: usize) ->
     for step in 0..=tries {
         json["camera"]["position"][0] = json!(1e-3f64.mul_add(step as f64, x));
         let (scene, began) = (scene(&json), Instant::now());
-        let frame = renderer.render(&scene, &View { samples, ..view }, &Progress::default());
+        let frame = renderer.render(&scene, &view, &Progress::default());
         if step > 0 && frame.is_ok() {
             best = best.min(1e3 * began.elapsed().as_secs_f64());
         }

@@ -164,6 +164,11 @@ impl<'a> Context<'a> {
         matches!(self.view.layer, Layer::Beauty | Layer::Airlight)
     }
 
+    /// Whether the mapped airlight is shown.
+    pub fn is_mapped(&self) -> bool {
+        self.method == Method::Mapped && self.shows_airlight()
+    }
+
     /// Whether the layer shows lit surfaces.
     pub fn shows_surfaces(&self) -> bool {
         matches!(self.view.layer, Layer::Beauty | Layer::Surface)
@@ -179,8 +184,7 @@ impl<'a> Context<'a> {
     /// interpolates.
     pub fn interpolates(&self) -> bool {
         let for_the_eye = self.view.for_screen || self.view.quality == Quality::Draft;
-        let mapped = self.method == Method::Mapped && self.shows_airlight();
-        for_the_eye && mapped && !self.lamps.is_empty()
+        for_the_eye && self.is_mapped() && !self.lamps.is_empty()
     }
 
     fn needs_low_resolution(&self) -> bool {
@@ -275,8 +279,7 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
 pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<(), Interrupted> {
-    let pays = mapped::tables_pay(context.field);
-    if context.method != Method::Mapped || !context.shows_airlight() || !pays {
+    if !context.is_mapped() || !mapped::tables_pay(context.field) {
         return Ok(());
     }
     let fineness = Fineness::of(context.lamps.len());
@@ -364,19 +367,18 @@ fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: 
     let ends = |(index, rays): (&usize, _)| Ends { rays, hits: &hits[*index] };
     let mut ends: Vec<_> = block.iter().zip(&rays).take(tiles).map(ends).collect();
     ends.extend(samples.iter().flat_map(Samples::ends));
-    let is_mapped = context.method == Method::Mapped && context.shows_airlight();
     let fog = |(at, Ends { rays, hits }): (usize, &Ends)| {
         let fogged = match low {
             Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
             _ => context.fog(rays, hits),
         };
-        if at < tiles && !is_mapped {
+        if at < tiles && !context.is_mapped() {
             context.progress.advance();
         }
         fogged
     };
     let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
-    if is_mapped {
+    if context.is_mapped() {
         mapped::add(context, &ends, &mut along_views);
         (0..tiles).for_each(|_| context.progress.advance());
     }

@@ -7,7 +7,6 @@ use super::device::{Buffer, Failure, Stage, Texture};
 use super::layout::{self, Span};
 use super::pipelines::{DEPTH, Kind, LIGHT, NUMBER, Pipeline};
 use super::timer::{Timer, Times};
-use crate::airlight::Method;
 use crate::cpu::edges;
 use crate::cpu::frame::{CENTER, Context};
 use crate::cpu::viewpoint::Grid;
@@ -155,7 +154,7 @@ impl<'a> Recorder<'a> {
             self.homogeneous()?;
             self.blobs()?;
         }
-        if is_mapped(self.context) {
+        if self.context.is_mapped() {
             self.mapped()?;
         }
         self.composite(is_first)?;
@@ -247,7 +246,7 @@ impl Targets {
             gpu.device.buffer(16 * (grid.width * grid.height) as u64, usage)
         };
         let is_low = is_low(context) && context.shows_fog();
-        let computes = context.shows_fog() && gpu.lists_blobs() || is_mapped(context) || is_low;
+        let computes = context.shows_fog() && gpu.lists_blobs() || context.is_mapped() || is_low;
         Ok(Self {
             hits: target(LIGHT)?,
             surfaces: target(NUMBER)?,
@@ -266,11 +265,6 @@ fn view(gpu: &Gpu, context: &Context, sample: DVec2, step: usize) -> Result<Buff
     let grid = if step == 1 { context.grid } else { low(context.grid) };
     let view = layout::one(&buffers::view(context, sample, grid, step));
     gpu.device.filled(&view, BufferUsages::UNIFORM)
-}
-
-/// Whether the mapped airlight is shown.
-pub fn is_mapped(context: &Context) -> bool {
-    context.method == Method::Mapped && context.shows_airlight()
 }
 
 /// Whether blobs are summed up for one pixel in 16 only.
