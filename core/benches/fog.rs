@@ -7,9 +7,9 @@
 
 use criterion::{Criterion, Throughput};
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
-use fogbank_core::cpu::batch::{Fogged, Rays, SIZE};
-use fogbank_core::cpu::blobs::{BlobList, Packed};
-use fogbank_core::cpu::kernels::{LightRow, add_airlight, add_depth};
+use fogbank_core::airlight::fogshop2007::{LightRow, add_airlight};
+use fogbank_core::geometry::batch::{Fogged, Rays, SIZE};
+use fogbank_core::media::gaussians::{BlobList, Packed, add_depth};
 use fogbank_core::num::{Lanes, Num};
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, Tonemap, View};

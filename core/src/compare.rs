@@ -2,8 +2,10 @@
 //! took.
 
 use crate::airlight::{Estimator, refusal};
-use crate::image;
-use crate::renderer::{Frame, Interrupted, Progress, Renderer};
+use crate::frame::Frame;
+use crate::image::{self, ErrorImage};
+use crate::progress::{Interrupted, Progress};
+use crate::renderer::Renderer;
 use crate::request::{Layer, Quality, Tonemap, View, check_scene, check_size};
 use crate::scene::limits::{COUNTS, Range};
 use crate::scene::{Airlight, CheckedScene, Checker, Code, Fog, Problem, Scene};
@@ -87,7 +89,7 @@ impl Side {
         if self.steps.is_some() {
             check.refuse(Code::Conflict, steps_at, "only march takes steps");
         }
-        if let Some(detail) = refusal(fog, airlight) {
+        if let Some(detail) = refusal(&fog.terms, &fog.phase, airlight) {
             check.refuse(Code::Conflict, || format!("{at}/airlight"), detail);
         }
         Estimator::Scene(airlight)
@@ -203,17 +205,6 @@ pub struct Comparison {
     pub a_ms: f64,
     /// Time that `b` took [ms].
     pub b_ms: f64,
-}
-
-/// The sizes of relative errors, `[height][width]`, top row first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorImage {
-    /// Pixels along a row.
-    pub width: usize,
-    /// Rows of pixels.
-    pub height: usize,
-    /// The errors.
-    pub pixels: Vec<f32>,
 }
 
 /// All that a comparison finds.

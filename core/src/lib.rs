@@ -3,10 +3,13 @@
 pub mod airlight;
 pub mod compare;
 pub mod cpu;
+pub mod frame;
 pub mod geometry;
 pub mod gpu;
 pub mod image;
+pub mod json;
 mod kept;
+pub mod light;
 pub mod media;
 pub mod num;
 pub mod phase;
@@ -18,7 +21,10 @@ pub mod renderer;
 pub mod request;
 pub mod scene;
 pub mod selftest;
+pub mod shapes;
 pub mod surface;
 pub mod vector;
 
-pub use renderer::{Backend, Frame, Interrupted, Progress, Renderer};
+pub use frame::Frame;
+pub use progress::{Interrupted, Progress};
+pub use renderer::{Backend, Renderer};

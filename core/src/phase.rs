@@ -4,17 +4,51 @@
 //! the direction in which the light travels and the direction back to the eye (erratum 9 of
 //! Fogshop: minus the cosine printed there). With g > 0 fog glows around a lamp that one looks at.
 
+use crate::json::tagged::tagged;
+use crate::json::{Checker, limits};
 use crate::num::Num;
-use crate::scene;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+tagged!(
+    /// The phase function.
+    Phase {
+        /// Light is scattered the same into all directions: 1/(4π).
+        Isotropic = "isotropic",
+        /// Light is scattered more ahead or more back, by one number (Henyey and Greenstein 1941).
+        HenyeyGreenstein = "henyey_greenstein",
+    }
+);
+
+/// The same into all directions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Isotropic {}
+
+/// (1 − g²) / (4π (1 + g² − 2 g cos α)^1.5), α between the light's direction and that to the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HenyeyGreenstein {
+    /// Mean cosine of the scattering angle: above 0 the fog glows when looking towards the light,
+    /// below 0 with the light behind one's back, and 0 is isotropic.
+    #[schemars(range(min = limits::ANISOTROPY.min, max = limits::ANISOTROPY.max))]
+    pub g: f64,
+}
+
+impl Default for HenyeyGreenstein {
+    fn default() -> Self {
+        Self { g: 0.5 }
+    }
+}
 
 /// A phase function; g = 0 is the isotropic one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Phase {
+pub struct PhaseFunction {
     /// Mean cosine of the scattering angle, in (−1, 1).
     pub g: f64,
 }
 
-impl Phase {
+impl PhaseFunction {
     /// The same into all directions: 1/(4π).
     pub const ISOTROPIC: Self = Self { g: 0.0 };
 
@@ -36,24 +70,32 @@ impl Phase {
     }
 }
 
-impl From<&scene::Phase> for Phase {
-    fn from(phase: &scene::Phase) -> Self {
-        match phase {
-            scene::Phase::Isotropic(_) => Self::ISOTROPIC,
-            scene::Phase::HenyeyGreenstein(phase) => Self { g: phase.g },
+impl Phase {
+    /// What it says.
+    pub fn function(&self) -> PhaseFunction {
+        match self {
+            Self::Isotropic(_) => PhaseFunction::ISOTROPIC,
+            Self::HenyeyGreenstein(phase) => PhaseFunction { g: phase.g },
+        }
+    }
+
+    /// Looks at its numbers; `at` is where it stands.
+    pub fn check(&self, check: &mut Checker, at: impl Fn() -> String) {
+        if let Self::HenyeyGreenstein(phase) = self {
+            check.number(phase.g, limits::ANISOTROPY, || at() + "/g");
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Phase;
+    use super::PhaseFunction;
     use crate::quadrature::adaptive;
     use std::f64::consts::PI;
 
     /// ∫ f(cos α) k(α) dω over the sphere.
     fn over_the_sphere(g: f64, f: impl Fn(f64) -> f64) -> f64 {
-        adaptive(&[-1.0, 0.0, 1.0], 1e-10, |cos| 2.0 * PI * f(cos) * Phase { g }.value(cos))
+        adaptive(&[-1.0, 0.0, 1.0], 1e-10, |cos| 2.0 * PI * f(cos) * PhaseFunction { g }.value(cos))
     }
 
     /// All scattered light goes somewhere, and g is the mean cosine of where.
@@ -69,8 +111,8 @@ mod tests {
     #[test]
     fn the_peak_lies_ahead_where_g_is_positive() {
         let peak = 1.99 / (4.0 * PI * 1e-4);
-        assert!((Phase { g: 0.99 }.value(1.0) / peak - 1.0).abs() < 1e-12);
-        assert_eq!(Phase { g: -0.99 }.value(-1.0), Phase { g: 0.99 }.value(1.0));
-        assert_eq!(Phase::ISOTROPIC.value(0.7), 1.0 / (4.0 * PI));
+        assert!((PhaseFunction { g: 0.99 }.value(1.0) / peak - 1.0).abs() < 1e-12);
+        assert_eq!(PhaseFunction { g: -0.99 }.value(-1.0), PhaseFunction { g: 0.99 }.value(1.0));
+        assert_eq!(PhaseFunction::ISOTROPIC.value(0.7), 1.0 / (4.0 * PI));
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
 use crate::airlight::{Estimator, Method, Path, least_distance, mapped, march, reference, sun2005};
-use crate::geometry::{self, Geometry};
-use crate::media::{Field, toward};
-use crate::phase::Phase;
+use crate::geometry::Ray;
+use crate::media::Field;
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
 use crate::scene::{CheckedScene, Projection, Rgb, Vec3};
+use crate::shapes::{self, Geometry};
 use crate::surface::attenuated;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -74,7 +74,7 @@ pub struct Prober<'a> {
 
 /// The airlight estimator of a scene.
 pub(crate) fn method(scene: &CheckedScene, field: &Field) -> Method {
-    Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog, field)
+    Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog.phase, field)
 }
 
 impl<'a> Prober<'a> {
@@ -99,9 +99,10 @@ impl<'a> Prober<'a> {
         let limit = max_distance_m.unwrap_or(self.scene.far_m);
         let hit = self.geometry.first_hit(origin, direction, limit);
         let length = hit.map_or(limit, |hit| hit.distance);
-        let optical_depth = self.field.optical_depth(origin, direction, length);
+        let ray = Ray { origin, direction };
+        let optical_depth = self.field.depth(&ray, length);
         let transmittance = (-optical_depth).exp();
-        let airlight_by_light = self.airlight_by_light(origin, direction, length)?;
+        let airlight_by_light = self.airlight_by_light(ray, length)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
         let ambient = self.scene.fog.ambient.vector() * (0.0 - (-optical_depth).exp_m1());
         let (surface, hit) = match hit {
@@ -122,28 +123,24 @@ impl<'a> Prober<'a> {
         })
     }
 
-    fn airlight_by_light(
-        &mut self,
-        origin: DVec3,
-        direction: DVec3,
-        length: f64,
-    ) -> Result<Vec<DVec3>, Interrupted> {
-        let phase = Phase::from(&self.scene.fog.phase);
-        let sighted = self.sighted((origin, direction, length))?;
+    fn airlight_by_light(&mut self, ray: Ray, length: f64) -> Result<Vec<DVec3>, Interrupted> {
+        let phase = self.scene.fog.phase.function();
+        let sighted = self.sighted(ray, length)?;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
             self.progress.check()?;
             let at = light.position.vector();
-            let path = || Path::new(self.field, at, origin, direction, length).of(self.progress);
+            let path = || Path::new(self.field, at, ray, length).of(self.progress);
             let unit = match self.method {
                 Method::None => 0.0,
                 Method::Sun2005 => {
-                    let beta = self.field.homogeneous.beta;
-                    sun2005::airlight(beta, (at - origin).into(), direction.into(), length)
+                    let beta = self.field.uniform_beta().unwrap_or_default();
+                    let toward = (at - ray.origin).into();
+                    sun2005::airlight(beta, toward, ray.direction.into(), length)
                 }
                 Method::Fogshop2007 => match &sighted {
-                    Some(ray) => {
-                        ray.airlight(self.field, at, &self.from_lights[place], self.progress)?
+                    Some(sighted) => {
+                        sighted.airlight(self.field, at, &self.from_lights[place], self.progress)?
                     }
                     None => 0.0,
                 },
@@ -159,24 +156,24 @@ impl<'a> Prober<'a> {
     }
 
     /// For the published method: a ray with what its eye knows, which the last ray's may have been.
-    fn sighted(&mut self, ray: (DVec3, DVec3, f64)) -> Result<Option<Sighted>, Interrupted> {
+    fn sighted(&mut self, ray: Ray, length: f64) -> Result<Option<Sighted>, Interrupted> {
         if self.method != Method::Fogshop2007 {
             return Ok(None);
         }
         let eye = match self.scene.camera.projection {
-            Projection::Perspective(_) => Eye::Point(ray.0),
-            Projection::Orthographic(_) => Eye::Plane(ray.0, ray.1),
+            Projection::Perspective(_) => Eye::Point(ray.origin),
+            Projection::Orthographic(_) => Eye::Plane(ray.origin, ray.direction),
         };
         let shared = self.from_eye.take().filter(|(shared, _)| shared.is_same(&eye));
         let (_, from_eye) = self
             .from_eye
             .insert(shared.unwrap_or_else(|| (eye, CenterDepths::new(self.field, eye))));
-        Sighted::new(self.field, from_eye, ray, self.progress).map(Some)
+        Sighted::new(self.field, from_eye, (ray, length), self.progress).map(Some)
     }
 
     fn surface_radiance(
         &self,
-        hit: &geometry::Hit,
+        hit: &shapes::Hit,
         origin: DVec3,
         direction: DVec3,
     ) -> Result<DVec3, Interrupted> {
@@ -193,8 +190,7 @@ impl<'a> Prober<'a> {
                 material.shininess,
                 least_distance(hit.distance),
             );
-            let (toward_point, distance) = toward(light.position.vector(), point);
-            let depth = self.field.optical_depth(light.position.vector(), toward_point, distance);
+            let depth = self.field.depth_between(light.position.vector(), point);
             let reflected = material.diffuse.vector() * reflection.diffuse
                 + material.specular.vector() * reflection.specular;
             radiance += (-depth).exp() * light.intensity.vector() * reflected;
@@ -202,13 +198,7 @@ impl<'a> Prober<'a> {
         Ok(radiance)
     }
 
-    fn describe(
-        &self,
-        hit: &geometry::Hit,
-        origin: DVec3,
-        direction: DVec3,
-        radiance: DVec3,
-    ) -> Hit {
+    fn describe(&self, hit: &shapes::Hit, origin: DVec3, direction: DVec3, radiance: DVec3) -> Hit {
         let place = hit.surface as usize;
         let id = self.scene.surfaces[place].id.clone();
         Hit {

@@ -1,9 +1,26 @@
 //! How far a job is, and whether it should go on: below everything that takes its time.
 
+use fearless_simd::Level;
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// What work is done with.
+#[derive(Clone, Copy, Debug)]
+pub struct Job<'a> {
+    /// SIMD of this machine.
+    pub level: Level,
+    /// Whether to go on.
+    pub progress: &'a Progress,
+}
+
+impl<'a> Job<'a> {
+    /// A job on this machine.
+    pub fn new(progress: &'a Progress) -> Self {
+        Self { level: Level::new(), progress }
+    }
+}
 
 /// How far a job is, and whether it should go on: shared between who waits and who works.
 #[derive(Debug, Default)]

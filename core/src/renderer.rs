@@ -1,38 +1,18 @@
 //! The renderer: what turns a checked scene into frames and numbers, on the GPU where there is one.
 
 use crate::cpu::Cpu;
+pub use crate::frame::Frame;
 use crate::gpu::{Failure, Gpu, Wanted};
 use crate::probe::RayAnswer;
 pub use crate::progress::{Interrupted, Progress};
-use crate::request::{Layer, ProbeRay, View};
-use crate::scene::{Camera, CheckedScene};
+use crate::request::{ProbeRay, View};
+use crate::scene::CheckedScene;
 use crate::selftest::{self, BackendReport};
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// A finished image: linear radiance, optical depths or distances, before any encoding.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
-    /// Pixels along a row.
-    pub width: usize,
-    /// Rows of pixels.
-    pub height: usize,
-    /// What the numbers are.
-    pub layer: Layer,
-    /// Where it is seen from.
-    pub camera: Camera,
-    /// `[height][width][layer.channels()]`, top row first; empty if the frame is `shown`.
-    pub pixels: Vec<f32>,
-    /// What a screen shows, `[height][width][3]` in sRGB, where the backend has formed that.
-    pub shown: Option<Vec<u8>>,
-    /// What each pass took, in order.
-    pub timings: Vec<(&'static str, Duration)>,
-    /// Where it was made: `cpu` or `gpu`.
-    pub backend: &'static str,
-}
 
 /// Which backend frames are made on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

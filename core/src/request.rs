@@ -1,7 +1,6 @@
 //! What a client asks of a scene: a picture, an optical-depth map, a probe.
 
 use crate::airlight::Estimator;
-use crate::image::Format;
 use crate::scene::limits::{self, COUNTS};
 use crate::scene::{CheckedScene, Checker, Code, Problem, Scene, Vec3};
 use glam::DVec3;
@@ -129,14 +128,6 @@ pub struct View {
     pub estimator: Option<Estimator>,
 }
 
-impl View {
-    /// The view for a file format: its samples where none were asked for.
-    pub fn for_format(self, format: Format) -> Self {
-        let samples = self.samples.unwrap_or(format.default_samples(self.quality));
-        Self { samples: Some(samples), for_screen: !format.is_float(), ..self }
-    }
-}
-
 impl RenderRequest {
     /// Checks everything.
     ///
@@ -206,7 +197,7 @@ pub struct ProbeRequest {
     /// What to look at.
     pub scene: Scene,
     /// The rays.
-    #[serde(deserialize_with = "crate::scene::bounded::list::<{ COUNTS.rays }, _, _>")]
+    #[serde(deserialize_with = "crate::json::bounded::list::<{ COUNTS.rays }, _, _>")]
     #[schemars(length(max = COUNTS.rays))]
     pub rays: Vec<RayRequest>,
 }

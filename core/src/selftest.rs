@@ -1,15 +1,16 @@
 //! What each backend makes of a few small scenes, against the same maths in f64, ray by ray; and of a
 //! preset, against the CPU.
 
-use crate::airlight::Estimator;
+use crate::airlight::{Airlight, Estimator};
 use crate::cpu::Cpu;
-use crate::cpu::frame::CENTER;
-use crate::cpu::viewpoint::Viewpoint;
+use crate::frame::Frame;
+use crate::frame::samples::CENTER;
+use crate::frame::viewpoint::Viewpoint;
 use crate::gpu::Gpu;
 use crate::presets;
-use crate::renderer::{Frame, Interrupted, Progress};
+use crate::progress::{Interrupted, Progress};
 use crate::request::{Layer, ProbeRay, Quality, Tonemap, View};
-use crate::scene::{Airlight, CheckedScene, read};
+use crate::scene::{CheckedScene, read};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,6 +1,7 @@
 //! A vector of [`Num`]: one in f64, or one for every lane.
 
-use crate::num::Num;
+use crate::num::{Lanes, Num};
+use fearless_simd::Simd;
 use glam::DVec3;
 use std::ops::{Add, Mul, Sub};
 
@@ -90,5 +91,14 @@ impl<N: Num> Mul for V3<N> {
 impl From<DVec3> for V3<f64> {
     fn from(v: DVec3) -> Self {
         Self { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl<S: Simd> V3<Lanes<S>> {
+    /// The same vector in every lane.
+    // No closures over lanes here: array::map would be compiled without the lanes' instructions.
+    #[inline(always)]
+    pub fn splat(simd: S, [x, y, z]: [f32; 3]) -> Self {
+        Self::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z))
     }
 }

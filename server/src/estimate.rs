@@ -4,7 +4,7 @@
 use crate::queue::Lane;
 use fogbank_core::image::Format;
 use fogbank_core::request::View;
-use fogbank_core::scene::{Airlight, CheckedScene, Term};
+use fogbank_core::scene::{Airlight, CheckedScene};
 
 /// Pairs of a pixel and a blob in a picture that looks short. Two processors take about two
 /// seconds for so many.
@@ -32,11 +32,8 @@ fn lane(scene: &CheckedScene, is_small: bool) -> Lane {
 }
 
 fn blobs(scene: &CheckedScene) -> u64 {
-    let blobs = scene.fog.terms.iter().map(|term| match term {
-        Term::Gaussians(term) if term.enabled => term.blobs.len() as u64,
-        _ => 0,
-    });
-    blobs.sum()
+    let enabled = scene.fog.terms.iter().filter(|term| term.common().enabled);
+    enabled.map(|term| term.blobs() as u64).sum()
 }
 
 /// The most bytes of a picture's file; its head, and what an 8-bit format may add where nothing can

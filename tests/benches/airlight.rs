@@ -11,8 +11,8 @@
 
 use criterion::{BenchmarkGroup, Criterion, measurement::WallTime};
 use fogbank_core::airlight::{Estimator, march};
+use fogbank_core::geometry::Ray;
 use fogbank_core::media::Field;
-use fogbank_core::phase::Phase;
 use fogbank_core::request::{Layer, ProbeRay, Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Progress, Renderer, presets};
@@ -70,7 +70,7 @@ impl Case {
         let mut exact = json.clone();
         exact["fog"]["airlight"] = "reference".into();
         let exact = scene(&exact);
-        let blobs = Field::new(&exact.fog).blobs.len();
+        let blobs = Field::new(&exact.fog.terms).lumps();
         let (width, height) = SIZE;
         let all = pixel_rays(&exact, width, height);
         let mut random = Random(5);
@@ -145,14 +145,14 @@ impl Case {
 
     /// Radiance along the rays by marching.
     fn marched(&self, steps: u32) -> Vec<f64> {
-        let field = Field::new(&self.scene.fog);
-        let phase = Phase::from(&self.scene.fog.phase);
+        let field = Field::new(&self.scene.fog.terms);
+        let phase = self.scene.fog.phase.function();
         let albedo = self.scene.fog.albedo.vector();
         let along = |(ray, end): (&ProbeRay, &f64)| {
             let lamps = self.scene.lights().map(|(_, lamp)| {
                 let light = lamp.position.vector();
                 let ProbeRay { origin, direction, .. } = *ray;
-                march::airlight(&field, phase, light, origin, direction, *end, steps)
+                march::airlight(&field, phase, light, Ray { origin, direction }, *end, steps)
                     * lamp.intensity.vector()
                     * albedo
             });

@@ -5,8 +5,9 @@ use crate::quadrature::integrate;
 use crate::scenes::{Random, homogeneous};
 use fogbank_core::airlight::reference;
 use fogbank_core::compare::{self, CompareRequest, ComparedAirlight, Side};
+use fogbank_core::geometry::Ray;
 use fogbank_core::media::Field;
-use fogbank_core::phase::Phase;
+use fogbank_core::phase::PhaseFunction;
 use fogbank_core::scene::{Airlight, Fog, Scene, Term, read};
 use fogbank_core::{Progress, Renderer, presets};
 use glam::DVec3;
@@ -30,12 +31,11 @@ pub fn measure(airlight: Airlight) -> [f64; 3] {
 }
 
 fn is_isotropic(scene: &Scene) -> bool {
-    Phase::from(&scene.fog.phase).is_isotropic()
+    scene.fog.phase.function().is_isotropic()
 }
 
 fn is_homogeneous(scene: &Scene) -> bool {
-    let gaussian = |term: &Term| matches!(term, Term::Gaussians(_));
-    is_isotropic(scene) && !scene.fog.terms.iter().any(gaussian)
+    is_isotropic(scene) && scene.fog.terms.iter().map(Term::blobs).sum::<usize>() == 0
 }
 
 /// Every pixel of small pictures of the scenes, against the reference.
@@ -90,9 +90,9 @@ fn of_the_reference() -> Vec<f64> {
         let mut random = Random(round);
         let terms = json!({ "terms": terms(&mut random, round) });
         let fog: Fog = read(terms.to_string().as_bytes()).expect("a fog");
-        let field = Field::new(&fog);
+        let field = Field::new(&fog.terms);
         for g in [0.0, 0.5, -0.5, 0.99] {
-            let phase = Phase { g };
+            let phase = PhaseFunction { g };
             errors.extend((0..RAYS / 4).map(|_| {
                 let [from, to, light] = [(); 3].map(|()| random.point(6.0));
                 error_of_the_reference(&field, phase, light, from, to)
@@ -104,7 +104,7 @@ fn of_the_reference() -> Vec<f64> {
 
 fn error_of_the_reference(
     field: &Field,
-    phase: Phase,
+    phase: PhaseFunction,
     light: DVec3,
     from: DVec3,
     to: DVec3,
@@ -119,6 +119,6 @@ fn error_of_the_reference(
     };
     let angle = |t: f64| ((t - closest) / miss).atan();
     let sum = integrate(angle(0.0), angle(length), &glow);
-    let exact = reference::airlight(field, phase, light, from, direction, length);
+    let exact = reference::airlight(field, phase, light, Ray { origin: from, direction }, length);
     (exact / sum - 1.0).abs()
 }

@@ -9,8 +9,9 @@
 )]
 
 use fogbank_core::airlight::{march, reference, sun2005};
+use fogbank_core::geometry::Ray;
 use fogbank_core::media::Field;
-use fogbank_core::phase::Phase;
+use fogbank_core::phase::PhaseFunction;
 use fogbank_core::request::{Layer, ProbeRay, Quality};
 use fogbank_core::scene::{CheckedScene, Fog, read};
 use fogbank_tests::fields::variants;
@@ -30,7 +31,7 @@ const ROUNDING: f64 = 1e-10;
 
 fn field(terms: &[Value]) -> Field {
     let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
-    Field::new(&fog)
+    Field::new(&fog.terms)
 }
 
 /// Terms of both media and of their sum, in turn.
@@ -151,7 +152,8 @@ fn extinction_is_the_derivative_of_optical_depth() {
     for_fields(|random, _, field| {
         for _ in 0..50 {
             let (x, along) = (random.point(6.0), random.direction());
-            let slope = field.optical_depth(x - STEP * along, along, 2.0 * STEP) / (2.0 * STEP);
+            let ray = Ray { origin: x - STEP * along, direction: along };
+            let slope = field.depth(&ray, 2.0 * STEP) / (2.0 * STEP);
             // The mean over ±h differs from the middle by h²/6 · β″, and |β″| ≤ 2c/radius² = 150/m³
             // a blob: 3e-7 for the sharpest one, one after the other.
             assert_close("β", slope, field.beta(x), 1e-10, 1e-6);
@@ -421,10 +423,9 @@ fn sun_is_the_integral_at_every_angle() {
                 let length = end * distance;
                 let exact = reference::airlight(
                     &fog,
-                    Phase::ISOTROPIC,
+                    PhaseFunction::ISOTROPIC,
                     light,
-                    DVec3::ZERO,
-                    DVec3::Z,
+                    Ray { origin: DVec3::ZERO, direction: DVec3::Z },
                     length,
                 );
                 let closed = sun2005::airlight(beta, light.into(), DVec3::Z.into(), length);
@@ -451,7 +452,7 @@ fn reference_is_the_integral_for_every_phase_function() {
         let closest = (light - from).dot(direction);
         let miss = (light - from).cross(direction).length();
         for g in [-0.99, -0.5, 0.5, 0.99] {
-            let phase = Phase { g };
+            let phase = PhaseFunction { g };
             let glow = |angle: f64| {
                 let x = from + (closest + miss * angle.tan()) * direction;
                 let depth = fog.depth_between(from, x) + fog.depth_between(light, x);
@@ -460,7 +461,8 @@ fn reference_is_the_integral_for_every_phase_function() {
             };
             let angle = |t: f64| ((t - closest) / miss).atan();
             let sum = integrate(angle(0.0), angle(length), &glow);
-            let exact = reference::airlight(fog, phase, light, from, direction, length);
+            let ray = Ray { origin: from, direction };
+            let exact = reference::airlight(fog, phase, light, ray, length);
             assert_close(&format!("g = {g}"), exact, sum, 1e-9, 1e-30);
         }
     });
@@ -479,9 +481,10 @@ fn marching_comes_to_the_reference_step_by_step() {
             return;
         }
         checked += 1;
-        let phase = Phase { g: 0.4 };
-        let exact = reference::airlight(fog, phase, light, from, direction, length);
-        let march = |steps| march::airlight(fog, phase, light, from, direction, length, steps);
+        let phase = PhaseFunction { g: 0.4 };
+        let ray = Ray { origin: from, direction };
+        let exact = reference::airlight(fog, phase, light, ray, length);
+        let march = |steps| march::airlight(fog, phase, light, ray, length, steps);
         let error = |steps| (march(steps) - exact).abs();
         let betas = (0..=1000).map(|i| fog.beta(from + length * f64::from(i) / 1e3 * direction));
         let peak = betas.fold(0.0, f64::max);

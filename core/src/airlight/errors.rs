@@ -3,7 +3,7 @@
 //!
 //! `cargo run -p fogbank-tests --example errors` measures and prints the rows.
 
-use crate::scene::Airlight;
+use super::Airlight;
 
 /// The relative errors of one estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -14,7 +14,7 @@
 use super::ToLight;
 use super::path::Path;
 use crate::num::Num;
-use crate::phase::Phase;
+use crate::phase::PhaseFunction;
 use crate::quadrature::gauss_legendre;
 use std::f64::consts::FRAC_2_SQRT_PI;
 use std::sync::LazyLock;
@@ -210,7 +210,7 @@ impl Angle {
 impl Map {
     /// For a piece of a ray, given √(k(α) β e^(−T(v,x)−T(x,s))) up to a factor at its probes.
     pub fn new(
-        phase: Phase,
+        phase: PhaseFunction,
         from: f64,
         to: f64,
         light: ToLight<f64>,
@@ -319,22 +319,28 @@ fn bisector<N: Num>(low: N, high: N, miss2: N) -> N {
 }
 
 /// L_a per unit of ω·I₀ [1/m²] of the path's light.
-pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
+pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
     let Some((from, to)) = path.span() else { return 0.0 };
     let to = path.reaches(OPAQUE, from, to);
+    let sections = path.sections(from, to);
+    sections.windows(2).map(|ends| within(path, phase, ends[0], ends[1])).sum::<f64>() + 0.0
+}
+
+/// The share of a part of the ray on which the fog is smooth.
+fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
     if to - from <= SHORTEST {
         return 0.0;
     }
     let seen = |t: f64| {
-        let lit = path.lit(t);
-        let through = (-path.depth(t) - lit.depth).exp();
-        (path.extinction(t) * phase.value(lit.cos) * through, lit.distance)
+        let arrival = path.arrival(t);
+        let through = (-path.depth(t) - arrival.depth).exp();
+        (path.extinction(t) * phase.value(arrival.cos) * through, arrival.distance)
     };
     let probes = Probes::new(from, to, path.dense(), &path.to_light);
     let monitor = probes.at.map(|t| seen(t).0.sqrt());
     let map = Map::new(phase, from, to, path.to_light, &probes, &monitor);
-    // What the blobs alone remove is known; a rule that misses it has not seen them all.
-    let (before, behind) = (path.depth_of_blobs(from), path.depth_of_blobs(to));
+    // What the lumps alone remove is known; a rule that misses it has not seen them all.
+    let (before, behind) = (path.depth_of_lumps(from), path.depth_of_lumps(to));
     let removed = (-before).exp() * -(before - behind).exp_m1();
     let mut coarse = f64::INFINITY;
     for (nodes, weights) in GAUSS.iter() {
@@ -343,7 +349,7 @@ pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
             let (t, slope) = map.solve(*q);
             let (value, distance) = seen(t);
             sum += weight / slope * value / (distance * distance);
-            met += weight / slope * path.extinction_of_blobs(t) * (-path.depth_of_blobs(t)).exp();
+            met += weight / slope * path.extinction_of_lumps(t) * (-path.depth_of_lumps(t)).exp();
         }
         let agree = (sum - coarse).abs() <= AGREE * sum;
         coarse = sum;

@@ -7,25 +7,25 @@
 //! next to a light, 1/d² between two samples is missed altogether.
 
 use super::path::Path;
+use crate::geometry::Ray;
 use crate::media::Field;
-use crate::phase::Phase;
+use crate::phase::PhaseFunction;
 use glam::DVec3;
 
-/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
+/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray up to `length` [m].
 pub fn airlight(
     field: &Field,
-    phase: Phase,
+    phase: PhaseFunction,
     light: DVec3,
-    origin: DVec3,
-    direction: DVec3,
+    ray: Ray,
     length: f64,
     steps: u32,
 ) -> f64 {
-    airlight_along(&Path::new(field, light, origin, direction, length), phase, steps)
+    airlight_along(&Path::new(field, light, ray, length), phase, steps)
 }
 
 /// The same of the path's light.
-pub(crate) fn airlight_along(path: &Path, phase: Phase, steps: u32) -> f64 {
+pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction, steps: u32) -> f64 {
     if path.is_clear() {
         return 0.0;
     }
@@ -33,9 +33,9 @@ pub(crate) fn airlight_along(path: &Path, phase: Phase, steps: u32) -> f64 {
     let (mut sum, mut depth) = (0.0, 0.0f64);
     for i in 0..steps {
         let t = (f64::from(i) + 0.5) * step;
-        let (beta, lit) = (path.extinction(t), path.lit(t));
-        let scattered = beta * phase.value(lit.cos) / (lit.distance * lit.distance);
-        sum += scattered * (-depth - lit.depth).exp() * step;
+        let (beta, arrival) = (path.extinction(t), path.arrival(t));
+        let scattered = beta * phase.value(arrival.cos) / (arrival.distance * arrival.distance);
+        sum += scattered * (-depth - arrival.depth).exp() * step;
         depth += beta * step;
     }
     sum

@@ -10,20 +10,37 @@ mod path;
 pub mod reference;
 pub mod sun2005;
 
-pub use path::ENDS;
 pub(crate) use path::Path;
 
-use crate::media::Field;
+use crate::media::{Field, Term};
 use crate::num::Num;
 use crate::phase::Phase;
-use crate::scene::{self, Fog, Term};
 use crate::vector::V3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The estimator of light scattered into the view ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Airlight {
+    /// The best for real time on this scene.
+    #[default]
+    Auto,
+    /// No airlight: only the veil.
+    None,
+    /// Sun 2005: exact for homogeneous fog alone.
+    Sun2005,
+    /// Fogshop 2007: its published approximation for homogeneous fog and Gaussians.
+    Fogshop2007,
+    /// The integral itself by adaptive quadrature: slow, for comparison.
+    Reference,
+}
 
 /// An estimator by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimator {
     /// One that a scene may name.
-    Scene(scene::Airlight),
+    Scene(Airlight),
     /// [`march`] in so many steps.
     March(u32),
 }
@@ -47,9 +64,8 @@ pub enum Method {
 
 impl Method {
     /// What is asked for in a fog. `auto` is Sun's where that is exact.
-    pub fn new(asked: Estimator, fog: &Fog, field: &Field) -> Self {
-        use scene::Airlight;
-        let isotropic = Phase::from(&fog.phase).is_isotropic();
+    pub fn new(asked: Estimator, phase: &Phase, field: &Field) -> Self {
+        let isotropic = phase.function().is_isotropic();
         let asked = match asked {
             _ if field.is_empty() => return Self::None,
             Estimator::March(steps) => return Self::March(steps),
@@ -60,28 +76,24 @@ impl Method {
             Airlight::Sun2005 => Self::Sun2005,
             Airlight::Fogshop2007 => Self::Fogshop2007,
             Airlight::Reference => Self::Reference,
-            Airlight::Auto if isotropic && field.blobs.is_empty() => Self::Sun2005,
+            Airlight::Auto if isotropic && field.uniform_beta().is_some() => Self::Sun2005,
             Airlight::Auto => Self::Mapped,
         }
     }
 }
 
-/// Why an estimator cannot take this fog, if so. All of them take no fog at all.
-pub fn refusal(fog: &Fog, asked: scene::Airlight) -> Option<String> {
-    use scene::Airlight;
-    let name = match asked {
-        Airlight::Sun2005 => "sun2005",
-        Airlight::Fogshop2007 => "fogshop2007",
+/// Why an estimator cannot take a fog of some terms, if so. All of them take no fog at all.
+pub fn refusal(terms: &[Term], phase: &Phase, asked: Airlight) -> Option<String> {
+    let (name, takes): (_, fn(&Term) -> bool) = match asked {
+        Airlight::Sun2005 => ("sun2005", sun2005::takes),
+        Airlight::Fogshop2007 => ("fogshop2007", fogshop2007::takes),
         Airlight::Auto | Airlight::None | Airlight::Reference => return None,
     };
-    let mut terms = fog.terms.iter().filter(|term| term.enabled()).peekable();
-    if terms.peek().is_some() && !Phase::from(&fog.phase).is_isotropic() {
+    let mut terms = terms.iter().filter(|term| term.common().enabled).peekable();
+    if terms.peek().is_some() && !phase.function().is_isotropic() {
         return Some(format!("{name} scatters isotropically, not by henyey_greenstein; auto does"));
     }
-    let strange = terms.find_map(|term| match term {
-        Term::Gaussians(_) if asked == Airlight::Sun2005 => Some("gaussians"),
-        Term::Homogeneous(_) | Term::Gaussians(_) => None,
-    })?;
+    let strange = terms.find(|term| !takes(term))?.kind();
     Some(format!("sun2005 takes homogeneous fog only, not {strange}; auto takes both"))
 }
 

@@ -4,29 +4,23 @@
 //! With t = t_s + h sinh u the factor dt/d² is du/d: a light close to the ray costs no accuracy, and
 //! the integrand stays smooth. The phase function has cos α = −tanh u there: it turns from ahead to
 //! back within a few units of u, however sharp it is. Panels are first halved until none is long
-//! against the blobs that it crosses, so that no blob is overlooked, nor against that turn, then
+//! against the lumps that it crosses, so that no lump is overlooked, nor against that turn, then
 //! where the Gauss–Kronrod pair differs most. [`MEASURED`](super::errors::MEASURED) states its error.
 
 use super::path::Path;
+use crate::geometry::Ray;
 use crate::media::Field;
-use crate::phase::Phase;
+use crate::phase::PhaseFunction;
 use crate::quadrature;
 use glam::DVec3;
 
-/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray in the unit `direction` up to `length` [m].
-pub fn airlight(
-    field: &Field,
-    phase: Phase,
-    light: DVec3,
-    origin: DVec3,
-    direction: DVec3,
-    length: f64,
-) -> f64 {
-    airlight_along(&Path::new(field, light, origin, direction, length), phase)
+/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray up to `length` [m].
+pub fn airlight(field: &Field, phase: PhaseFunction, light: DVec3, ray: Ray, length: f64) -> f64 {
+    airlight_along(&Path::new(field, light, ray, length), phase)
 }
 
 /// The same of the path's light.
-pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
+pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
     if path.is_clear() {
         return 0.0;
     }
@@ -38,20 +32,21 @@ pub(crate) fn airlight_along(path: &Path, phase: Phase) -> f64 {
 }
 
 /// β k(α) e^(−T(v,x)−T(x,s)) / d, the integrand over u.
-fn integrand(path: &Path, phase: Phase, u: f64) -> f64 {
+fn integrand(path: &Path, phase: PhaseFunction, u: f64) -> f64 {
     let t = path.to_light.closest + path.to_light.miss * u.sinh();
-    let lit = path.lit(t);
-    let through = (-path.depth(t) - lit.depth).exp();
-    path.extinction(t) * phase.value(lit.cos) * through / lit.distance
+    let arrival = path.arrival(t);
+    let through = (-path.depth(t) - arrival.depth).exp();
+    path.extinction(t) * phase.value(arrival.cos) * through / arrival.distance
 }
 
-/// Ends of panels in u, each short against the blobs that it crosses.
+/// Ends of panels in u, each short against the lumps that it crosses.
 fn panels(path: &Path) -> Vec<f64> {
+    // No panel reaches over an edge of the fog, where the integrand jumps, nor over the light.
+    let mut open = path.sections(0.0, path.length);
+    open.push(path.to_light.closest);
+    open.retain(|t| 0.0 < *t && *t <= path.length);
+    open.sort_unstable_by(|a, b| b.total_cmp(a));
     let mut ends = vec![0.0];
-    let mut open = vec![path.length];
-    if (0.0..path.length).contains(&path.to_light.closest) {
-        open.push(path.to_light.closest);
-    }
     while let Some(&end) = open.last() {
         let start = ends[ends.len() - 1];
         if end - start > path.resolution(start, end) && ends.len() < 4096 {

@@ -17,6 +17,7 @@
 //! 1000 times the light's distance.
 
 use super::ToLight;
+use crate::media::Term;
 use crate::num::Num;
 use crate::vector::V3;
 
@@ -36,6 +37,11 @@ const GAUSS: [(f64, f64); 10] = [
 
 /// Optical depth behind which the integrand no longer counts: e⁻¹⁸ is 1.5e-8.
 const CUT: f64 = 18.0;
+
+/// Whether it takes a term.
+pub fn takes(term: &Term) -> bool {
+    matches!(term, Term::Homogeneous(_))
+}
 
 /// L_a per unit of ω·I₀ [1/m²] of a light at `light` relative to the ray's origin, along the ray
 /// in the unit `direction` up to `length` [m], in fog of extinction `beta` [1/m].

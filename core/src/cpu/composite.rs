@@ -1,7 +1,7 @@
 //! Surface radiance, fog and veil put together to what a layer shows.
 
-use super::batch::{Fogged, Hits, Row, Rows, SIZE, TILE, load3};
-use super::frame::Context;
+use crate::frame::context::Context;
+use crate::geometry::batch::{Fogged, Hits, Row, Rows, SIZE, TILE, load3};
 use crate::num::{Lanes, Num};
 use crate::request::Layer;
 use crate::vector::V3;
@@ -38,7 +38,9 @@ pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[&Fo
 pub fn compose(context: &Context, hits: &Hits, surface: &Rows, fogged: &Fogged) -> Rows {
     let one_channel = |row: Row| [row, [0.0; SIZE], [0.0; SIZE]];
     match context.view.layer {
-        Layer::Beauty => dispatch!(context.level, simd => beauty(simd, context, surface, fogged)),
+        Layer::Beauty => {
+            dispatch!(context.job.level, simd => beauty(simd, context, surface, fogged))
+        }
         Layer::Airlight => fogged.airlight,
         Layer::Surface => *surface,
         Layer::Normal => hits.normal,

@@ -1,13 +1,13 @@
 //! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
 //! orientation or another depth are sampled again, within their area.
 
-use super::batch::{Fogged, Hits, Rays, SIZE, TILE, get3};
 use super::composite::compose;
-use super::fog::Ends;
-use super::frame::Context;
-use super::trace::Order;
-use super::viewpoint::Tile;
-use crate::request::{Layer, View};
+use super::shade;
+use super::trace::{self, Order};
+use crate::frame::context::Context;
+use crate::frame::samples::{shifts, weighs};
+use crate::frame::viewpoint::Tile;
+use crate::geometry::batch::{Ends, Fogged, Hits, Rays, SIZE, TILE, get3};
 use glam::DVec2;
 
 /// Edge pixels of a tile, by place, as means of their samples.
@@ -29,7 +29,7 @@ impl Samples {
             return Self { places, rays: vec![], hits: vec![] };
         }
         let rays = rays(context, context.grid.tile(index), &places, &shifts);
-        let mut hits = context.trace(index, &rays, &order(&places, &shifts));
+        let mut hits = trace::tile(context, index, &rays, &order(&places, &shifts));
         for (rays, hits) in rays.iter().zip(&mut hits) {
             hits.pad(rays.count - 1);
         }
@@ -47,7 +47,7 @@ impl Samples {
         let each = context.view.samples.unwrap_or(1) as usize;
         let mut samples = (0..self.places.len()).flat_map(|at| std::iter::repeat_n(at, each));
         for (Ends { rays, hits }, fogged) in self.ends().zip(fogged) {
-            let surface = context.shade(rays, hits);
+            let surface = shade::batch(context, rays, hits);
             let values = compose(context, hits, &surface, fogged);
             for (at, pixel) in samples.by_ref().take(rays.count).enumerate() {
                 let value = values.each_ref().map(|row| row[at]);
@@ -145,16 +145,4 @@ fn weight(context: &Context, value: [f32; 3]) -> f32 {
     let exposed = value.into_iter().fold(0.0, f32::max) * context.view.exposure_ev.exp2() as f32;
     // Of endless light nothing would be left to divide by.
     1.0 / (1.0 + exposed.min(f32::MAX))
-}
-
-/// Whether samples are weighed by their radiance.
-pub fn weighs(view: &View) -> bool {
-    view.for_screen && view.layer == Layer::Beauty
-}
-
-/// Evenly spread places in a pixel: the additive recurrence of the plastic number.
-pub fn shifts(count: usize) -> Vec<DVec2> {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    let step = DVec2::new(1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC));
-    (0..count).map(|i| (0.5 + step * i as f64).fract()).collect()
 }

@@ -1,104 +1,92 @@
 //! Optical depth and airlight of a batch of rays.
 
-use super::batch::{Fogged, Hits, Rays, Row, Rows, SIZE, get3, load3};
-use super::blobs::{BlobList, Purpose};
-use super::frame::{Context, Lamp};
-use super::kernels::{self, LightRow, add_airlight};
-use crate::airlight::fogshop2007::LightSide;
+use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
 use crate::airlight::{Method, Path, march, reference, sun2005};
+use crate::frame::context::{Context, Lamp};
+use crate::geometry::Ray;
+use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
+use crate::media::gaussians::BlobList;
+use crate::media::{Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
-/// What the published airlight needs of one light and every blob, as a kernel reads it.
-pub struct LitBlobs {
-    /// a · (centre − light), and the exponent of f¹.
-    blobs: Vec<[f32; 4]>,
-    exponents: Vec<f64>,
-    /// Share of a light's homogeneous part that the blobs let through.
-    pub homogeneous_factor: f64,
-}
-
-impl LitBlobs {
-    /// a · (centre − light) of every blob, and the exponent of f¹.
-    pub fn rows(&self) -> impl Iterator<Item = Vec4> + '_ {
-        self.blobs.iter().copied().map(Vec4::from_array)
-    }
-
-    /// Packs a light's side of the published method.
-    pub fn new(context: &Context, light: DVec3, side: LightSide) -> Self {
-        let blobs = context.field.blobs.iter().zip(&side.exponents).map(|(blob, exponent)| {
-            let from = (blob.center - light) * blob.a;
-            let numbers = [from.x, from.y, from.z, *exponent];
-            numbers.map(|number| number as f32)
-        });
-        Self {
-            blobs: blobs.collect(),
-            exponents: side.exponents,
-            homogeneous_factor: side.homogeneous_factor,
-        }
+/// What the fog does along a batch, as far as the layer shows it; but for an airlight that
+/// interpolates across the picture, which is formed for several batches at once.
+pub fn batch(context: &Context, rays: &Rays, hits: &Hits) -> Fogged {
+    if context.shows_fog() {
+        along(context, rays, hits, context.shows_airlight())
+    } else {
+        Fogged::clear()
     }
 }
 
 /// Optical depth, and airlight if `lit`, along rays that end at `hits`, as far as the job goes; what
 /// interpolates across the picture is added by [`mapped::add`](super::mapped::add).
-pub fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
+fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
     let mut fogged = Fogged::clear();
-    if context.field.is_empty() || context.progress.is_over() {
+    let Context { job, field, .. } = context;
+    if field.is_empty() || job.progress.is_over() {
         return fogged;
     }
-    let beta = context.field.homogeneous.beta as f32;
-    fogged.depth = hits.length.map(|length| length * beta);
+    let parallel = context.viewpoint.parallel;
     if lit && context.interpolates() {
+        let haze = field.smooth(context.viewpoint.position);
+        haze.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
         return fogged;
     }
     let method = if lit { context.method } else { Method::None };
-    let purpose = if method == Method::Fogshop2007 { Purpose::Airlight } else { Purpose::Depth };
-    let list = blobs_on_view(context, &[Ends { rays, hits }], purpose);
-    if method != Method::Fogshop2007 {
-        add_depth(context, &list, rays, &hits.length, &mut fogged.depth);
+    if method == Method::Fogshop2007 {
+        published(context, rays, hits, &mut fogged);
+        return fogged;
     }
+    let near = near_views(context, &[Ends { rays, hits }], Purpose::Depth);
+    near.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
     match method {
-        Method::None | Method::Mapped => {}
         Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
         }
-        Method::Fogshop2007 => {
-            let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
-            add_homogeneous(context, rays, hits, factor, &mut fogged.airlight);
-            add_blobs(context, &list, rays, hits, &mut fogged);
-        }
+        Method::None | Method::Mapped | Method::Fogshop2007 => {}
     }
     fogged
 }
 
-/// Rays and where they end.
-#[derive(Clone, Copy)]
-pub struct Ends<'a> {
-    /// The rays.
-    pub rays: &'a Rays,
-    /// Their first hits.
-    pub hits: &'a Hits,
+/// Optical depth, and airlight as published.
+fn published(context: &Context, rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
+    let haze = fogshop2007::haze(context.field) as f32;
+    fogged.depth = hits.length.map(|length| length * haze);
+    let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
+    add_homogeneous(context, rays, hits, factor, &mut fogged.airlight);
+    let gaussians = &context.field.media().gaussians;
+    if gaussians.all().is_empty() {
+        return;
+    }
+    let (bundle, shortest) = bundle_of_views(context, &[Ends { rays, hits }]);
+    let search = context.field.search_for(gaussians, bundle, shortest, Purpose::Airlight);
+    let list = BlobList::new(context.job.level, gaussians, &search);
+    add_blobs(context, &list, rays, hits, fogged);
 }
 
-/// The blobs that matter to some batches of view rays.
-pub fn blobs_on_view(context: &Context, block: &[Ends<'_>], purpose: Purpose) -> BlobList {
-    if context.field.blobs.is_empty() {
-        return BlobList::default();
-    }
+/// What matters of the fog to some batches of view rays.
+pub fn near_views(context: &Context, block: &[Ends<'_>], purpose: Purpose) -> Sum<dyn Near> {
+    let (bundle, shortest) = bundle_of_views(context, block);
+    context.field.near(context.job.level, bundle, shortest, purpose)
+}
+
+/// Bounds some batches of view rays; and the shortest of them.
+fn bundle_of_views(context: &Context, block: &[Ends<'_>]) -> (Bundle, f64) {
     let position = context.viewpoint.position;
     let lengths = || block.iter().flat_map(|ends| &ends.hits.length[..ends.rays.count]).copied();
     let shortest = f64::from(lengths().fold(f32::INFINITY, f32::min));
     let longest = f64::from(lengths().fold(0.0, f32::max));
     // Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
-    let (bundle, shortest) = match bundle(position, block, longest) {
+    match bundle(position, block, longest) {
         Some(bundle) => (bundle, shortest),
         None => (Bundle::all_around(position, longest), 0.0),
-    };
-    BlobList::new(context.level, context.field, &bundle, shortest, purpose)
+    }
 }
 
 /// Bounds view rays around the camera: in f32, by chords, which keep the digits of small angles.
@@ -120,17 +108,6 @@ fn bundle(position: DVec3, block: &[Ends<'_>], longest: f64) -> Option<Bundle> {
     Some(Bundle { origin: position, axis, radius, tan, length: longest + radius })
 }
 
-fn add_depth(context: &Context, list: &BlobList, rays: &Rays, length: &Row, depth: &mut Row) {
-    let parallel = context.viewpoint.parallel;
-    list.in_parts(1, context.progress, |list| {
-        dispatch!(context.level, simd => if parallel {
-            kernels::add_depth::<_, true>(simd, list, rays, length, depth);
-        } else {
-            kernels::add_depth::<_, false>(simd, list, rays, length, depth);
-        });
-    });
-}
-
 fn add_homogeneous(
     context: &Context,
     rays: &Rays,
@@ -138,12 +115,12 @@ fn add_homogeneous(
     factor: impl Fn(usize) -> f64,
     airlight: &mut Rows,
 ) {
-    if context.field.homogeneous.beta == 0.0 {
+    if fogshop2007::haze(context.field) == 0.0 {
         return;
     }
     for (i, lamp) in context.lamps.iter().enumerate() {
         let intensity = (factor(i) * lamp.scattered).as_vec3();
-        dispatch!(context.level, simd => {
+        dispatch!(context.job.level, simd => {
             add_sun(simd, context, lamp, intensity, (rays, hits), airlight);
         });
     }
@@ -159,7 +136,7 @@ fn add_sun<S: Simd>(
     airlight: &mut Rows,
 ) {
     let one = Lanes::splat(simd, 1.0);
-    let beta = one.lit(context.field.homogeneous.beta);
+    let beta = one.lit(fogshop2007::haze(context.field));
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
         let light = V3::lit(one, lamp.from_camera) - load3(simd, &rays.offset, at);
@@ -189,8 +166,8 @@ fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogge
         })
         .collect();
     let (length, parallel) = (&hits.length, context.viewpoint.parallel);
-    list.in_parts(lights.len(), context.progress, |list| {
-        dispatch!(context.level, simd => if parallel {
+    list.in_parts(lights.len(), context.job.progress, |list| {
+        dispatch!(context.job.level, simd => if parallel {
             add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
         } else {
             add_airlight::<_, false>(simd, list, &lights, rays, length, fogged);
@@ -201,15 +178,16 @@ fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogge
 /// In f64.
 fn add_ray_by_ray(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Rows) {
     for at in 0..rays.count.min(SIZE) {
-        if context.progress.is_over() {
+        if context.job.progress.is_over() {
             return;
         }
         let origin = context.viewpoint.position + get3(&rays.offset, at).as_dvec3();
         let direction = get3(&rays.direction, at).as_dvec3().normalize();
+        let ray = Ray { origin, direction };
         let length = f64::from(hits.length[at]);
         for lamp in &context.lamps {
             let (field, phase, light) = (context.field, context.phase, lamp.position);
-            let path = Path::new(field, light, origin, direction, length).of(context.progress);
+            let path = Path::new(field, light, ray, length).of(context.job.progress);
             let unit = match context.method {
                 Method::March(steps) => march::airlight_along(&path, phase, steps),
                 _ => reference::airlight_along(&path, phase),

@@ -1,29 +1,23 @@
 //! The passes on the CPU: pixels in SIMD lanes, tiles spread over all cores.
 
-pub mod batch;
-pub mod blobs;
-pub(crate) mod cache;
-mod centers;
 mod composite;
-mod cone;
-pub(crate) mod edges;
+mod edges;
 mod fog;
-pub(crate) mod frame;
-pub mod kernels;
-pub(crate) mod mapped;
+mod frame;
+mod mapped;
 mod shade;
+mod tiles;
 mod trace;
 mod triangle;
 mod upsample;
-pub(crate) mod viewpoint;
 
 use crate::airlight::Method;
+use crate::frame::Frame;
+use crate::frame::cache::Cache;
 use crate::probe::{Prober, RayAnswer, method};
 use crate::progress::{Interrupted, Progress};
-use crate::renderer::Frame;
 use crate::request::{ProbeRay, View};
 use crate::scene::{CheckedScene, Point};
-use cache::Cache;
 use rayon::prelude::*;
 
 /// The CPU backend.

@@ -1,19 +1,28 @@
 //! Surface radiance of a batch of hits: direct light through the fog, and emission.
 
-use super::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
-use super::blobs::{BlobList, Purpose};
-use super::frame::{Context, Lamp};
-use super::kernels::add_depth;
-use super::mapped::LightTable;
 use crate::airlight::least_distance;
+use crate::frame::context::{Context, Lamp};
+use crate::frame::light_table::LightTable;
+use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
+use crate::media::{Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::surface::attenuated::reflection;
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 
-/// Optical depth from one light to every hit; of the homogeneous fog alone if the job is over.
+/// Surface radiance of a batch, every light's depth exact; black if the layer shows none.
+pub fn batch(context: &Context, rays: &Rays, hits: &Hits) -> Rows {
+    if !context.shows_surfaces() {
+        return [[0.0; SIZE]; 3];
+    }
+    let depths: Vec<_> =
+        context.lamps.iter().map(|lamp| light_depth(context, lamp, rays, hits)).collect();
+    surface_radiance(context, rays, hits, &depths)
+}
+
+/// Optical depth from one light to every hit; of what is smooth alone if the job is over.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
     let mut paths = Rays::empty();
     let mut length = [0.0; SIZE];
@@ -30,24 +39,20 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
         let inverse = 1.0 / length[at].max(f32::MIN_POSITIVE);
         paths.direction.iter_mut().for_each(|row| row[at] *= inverse);
     }
-    let mut depth = length.map(|d| d * context.field.homogeneous.beta as f32);
-    if context.field.blobs.is_empty() || hits.surface.iter().all(|s| *s == NOTHING) {
-        return depth;
-    }
-    if context.progress.is_over() {
+    let mut depth = [0.0; SIZE];
+    let Context { job, field, .. } = context;
+    let is_unlit = hits.surface.iter().all(|s| *s == NOTHING);
+    field.smooth(lamp.position).add_depth(job, &paths, false, &length, &mut depth);
+    if is_unlit || field.lumps() == 0 || job.progress.is_over() {
         return depth;
     }
     if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.interpolates()) {
-        dispatch!(context.level, simd => add_tabled(simd, table, &paths, &length, &mut depth));
+        dispatch!(job.level, simd => add_tabled(simd, table, &paths, &length, &mut depth));
         return depth;
     }
     let lit = (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
-    let list = blobs_between(context, lamp, &paths, &length, lit);
-    list.in_parts(1, context.progress, |list| {
-        dispatch!(context.level, simd => {
-            add_depth::<_, false>(simd, list, &paths, &length, &mut depth);
-        });
-    });
+    let near = near_paths(context, lamp, &paths, &length, lit);
+    near.add_depth(job, &paths, false, &length, &mut depth);
     depth
 }
 
@@ -60,14 +65,14 @@ fn add_tabled<S: Simd>(simd: S, table: &LightTable, paths: &Rays, length: &Row, 
     }
 }
 
-/// The blobs between a light and the ends of some paths from it.
-pub fn blobs_between(
+/// What matters of the lumps between a light and the ends of some paths from it.
+pub fn near_paths(
     context: &Context,
     lamp: &Lamp,
     paths: &Rays,
     length: &Row,
     places: impl Iterator<Item = usize> + Clone,
-) -> BlobList {
+) -> Sum<dyn Near> {
     let from_light = |at: usize| get3(&paths.direction, at) * length[at];
     let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut shortest = f32::INFINITY;
@@ -84,12 +89,12 @@ pub fn blobs_between(
         Some(bundle) => (bundle, f64::from(shortest)),
         None => (Bundle::all_around(origin, origin.distance(center) + radius), 0.0),
     };
-    BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth)
+    context.field.near_lumps(context.job.level, bundle, shortest, Purpose::Depth)
 }
 
 /// Radiance that the hits send towards the eye, given each light's depth to them.
 pub fn surface_radiance(context: &Context, rays: &Rays, hits: &Hits, depths: &[Row]) -> Rows {
-    dispatch!(context.level, simd => radiance_in_lanes(simd, context, rays, hits, depths))
+    dispatch!(context.job.level, simd => radiance_in_lanes(simd, context, rays, hits, depths))
 }
 
 #[inline(always)]

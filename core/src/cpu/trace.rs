@@ -1,15 +1,16 @@
 //! First hits of a tile of rays: the hierarchy is walked once for the whole tile, front to back, and
 //! what remains is met by as many rays at once as there are lanes.
 
-use super::batch::{Hits, NOTHING, Rays, Row, SIZE, TILE, get3, load3};
 use super::triangle::{Edges, LinearLanes, Screen};
-use super::viewpoint::{Tile, Viewpoint};
+use crate::frame::context::Context;
+use crate::frame::viewpoint::{Tile, Viewpoint};
+use crate::geometry::batch::{Hits, NOTHING, Rays, Row, SIZE, TILE, get3, load3};
 use crate::geometry::hierarchy::{Bounds, WAITING};
-use crate::geometry::{Geometry, Plane, Solid, Triangle};
 use crate::num::{Lanes, Num};
 use crate::progress::Progress;
+use crate::shapes::{Geometry, Plane, Solid, Triangle};
 use crate::vector::V3;
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use std::ops::Range;
 
@@ -18,8 +19,15 @@ const SOLIDS_A_LOOK: usize = 24;
 /// Marks an id as a plane's; ids of solids are places in [`Geometry::solids`].
 const PLANE: u32 = 1 << 31;
 
+/// First hits of a tile's rays, which stand in that order; some are missing if the job is over.
+pub fn tile(context: &Context, index: usize, rays: &[Rays], order: &Order) -> Vec<Hits> {
+    let (tile, job) = (context.grid.tile(index), &context.job);
+    let tracer = Tracer::new(context.geometry, &context.viewpoint, tile, order, job.progress);
+    dispatch!(job.level, simd => tracer.trace(simd, rays, context.far_m))
+}
+
 /// What a tile's walk through the geometry needs.
-pub struct Tracer<'a> {
+struct Tracer<'a> {
     geometry: &'a Geometry,
     viewpoint: &'a Viewpoint,
     /// The anchor relative to the camera [m].

@@ -1,7 +1,7 @@
 //! A triangle as rays meet it: where it appears on the screen, and its edge functions.
 
-use super::batch::TILE;
-use super::viewpoint::{Tile, Viewpoint};
+use crate::frame::viewpoint::{Tile, Viewpoint};
+use crate::geometry::batch::TILE;
 use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::Simd;

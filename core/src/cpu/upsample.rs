@@ -4,10 +4,12 @@
 //! background fog stands over a foreground edge. So are the pixels around a lamp's image, where
 //! airlight has a peak.
 
-use super::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
-use super::frame::{CENTER, Context, is_nothing, rows_for_lamps, tiles};
-use super::shade;
-use super::viewpoint::Grid;
+use super::tiles::tiles;
+use super::{fog, shade};
+use crate::frame::context::Context;
+use crate::frame::samples::CENTER;
+use crate::frame::viewpoint::Grid;
+use crate::geometry::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
 use crate::progress::Interrupted;
 
 /// Pixels from one computed pixel to the next.
@@ -52,18 +54,18 @@ impl Low {
     pub fn render(context: &Context, hits: &[Hits]) -> Result<Self, Interrupted> {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
-        context.progress.start(grid.count(), SHARE);
+        context.job.progress.start(grid.count(), SHARE);
         let blank = (Hits::nothing(context.far_m), Fogged::clear(), Vec::new());
         let tiles = tiles(context, grid.count(), &blank, |index| {
             let (rays, hits) = gather(context, hits, grid, index);
-            let fogged = context.fog(&rays, &hits);
+            let fogged = fog::batch(context, &rays, &hits);
             let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
             let depths: Vec<_> = if context.shows_surfaces() {
                 context.lamps.iter().map(depth).collect()
             } else {
                 rows_for_lamps(context)
             };
-            context.progress.advance();
+            context.job.progress.advance();
             (hits, fogged, depths)
         });
         let images = context.lamps.iter().filter_map(|l| context.viewpoint.project(l.from_camera));
@@ -94,7 +96,7 @@ impl Low {
             (0..3).for_each(|k| fogged.airlight[k][at] = mixed[k + 1]);
         });
         let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return fogged };
-        let exact = context.fog(&rays, &hits);
+        let exact = fog::batch(context, &rays, &hits);
         for (from, at) in missing.into_iter().enumerate() {
             fogged.depth[at] = exact.depth[from];
             (0..3).for_each(|k| fogged.airlight[k][at] = exact.airlight[k][from]);
@@ -110,7 +112,7 @@ impl Low {
         rays: &Rays,
         hits: &Hits,
     ) -> Vec<Row> {
-        if context.field.blobs.is_empty() {
+        if context.field.lumps() == 0 {
             // A product with the distance is cheaper than any neighbour.
             let exact = |lamp| shade::light_depth(context, lamp, rays, hits);
             return context.lamps.iter().map(exact).collect();
@@ -183,7 +185,7 @@ impl Low {
 
 /// The length of a ray, negative where it meets nothing.
 fn signed_length(hits: &Hits, at: usize) -> f32 {
-    if is_nothing(hits, at) { -hits.length[at] } else { hits.length[at] }
+    if hits.sees_nothing(at) { -hits.length[at] } else { hits.length[at] }
 }
 
 impl Around {
@@ -243,4 +245,9 @@ fn subset(context: &Context, rays: &Rays, hits: &Hits, places: &[usize]) -> Opti
     some.pad();
     ends.pad(last);
     Some((some, ends))
+}
+
+/// One row of zeros for each light.
+fn rows_for_lamps(context: &Context) -> Vec<Row> {
+    vec![[0.0; SIZE]; context.lamps.len()]
 }

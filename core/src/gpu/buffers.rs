@@ -6,13 +6,14 @@ use super::layout::{
     self, Anchor, Blob, Extent, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View,
 };
 use crate::airlight::Method;
-use crate::cpu::edges;
-use crate::cpu::frame::Context;
-use crate::cpu::mapped::{self, LightTable};
-use crate::cpu::viewpoint::Grid;
-use crate::geometry::{Geometry, Solid};
+use crate::frame::context::Context;
+use crate::frame::light_table::LightTable;
+use crate::frame::samples;
+use crate::frame::tolerance::{self, THIN};
+use crate::frame::viewpoint::Grid;
 use crate::media::PICTURE_LOSS;
 use crate::quadrature::gauss_legendre;
+use crate::shapes::{Geometry, Solid};
 use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
 use std::sync::LazyLock;
 use wgpu::BufferUsages;
@@ -122,11 +123,11 @@ static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
 });
 
 fn tolerance(context: &Context) -> Tolerance {
-    let t = mapped::Tolerance::new(context);
+    let t = tolerance::Tolerance::new(&context.view, context.field.lumps());
     Tolerance {
         whole: Vec4::new(t.near, t.hidden, t.wide, t.rough as f32),
         rule: Vec4::new(t.agree as f32, t.unmet as f32, 0.0, 0.0),
-        layers: Vec4::new(t.layer, mapped::THIN, 0.0, 0.0),
+        layers: Vec4::new(t.layer, THIN, 0.0, 0.0),
     }
 }
 
@@ -186,7 +187,7 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
 }
 
 fn lamps(context: &Context) -> Vec<Lamp> {
-    let lamp = |(i, lamp): (usize, &crate::cpu::frame::Lamp)| {
+    let lamp = |(i, lamp): (usize, &crate::frame::context::Lamp)| {
         let position = lamp.from_camera.as_vec3();
         let seen = context.lit_blobs.get(i).map_or(1.0, |lit| lit.homogeneous_factor as f32);
         Lamp {
@@ -199,7 +200,7 @@ fn lamps(context: &Context) -> Vec<Lamp> {
 }
 
 fn blobs(context: &Context) -> Vec<Blob> {
-    let blobs = &context.field.blobs;
+    let blobs = context.field.media().gaussians.all();
     // All that are left out weigh less than a picture may lose; where fog is nothing but the tails of
     // blobs, light is scattered by them.
     let all = if context.method == Method::Mapped { TAILS } else { PICTURE_LOSS };
@@ -229,15 +230,15 @@ pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> Vie
     let (right, up) = viewpoint.half_axes();
     let (width, height) = (context.grid.width as f32, context.grid.height as f32);
     let [r, g, b] = context.ambient;
-    let counts = [step, context.field.blobs.len(), context.lamps.len()].map(|count| count as u32);
+    let counts = [step, context.field.lumps(), context.lamps.len()].map(|count| count as u32);
     let exposure = context.view.exposure_ev.exp2() as f32;
-    let weighing = if edges::weighs(&context.view) { exposure } else { 0.0 };
+    let weighing = if samples::weighs(&context.view) { exposure } else { 0.0 };
     View {
         forward: viewpoint.forward.as_vec3().extend(context.far_m),
         right: right.as_vec3().extend(sample.x as f32),
         up: up.as_vec3().extend(sample.y as f32),
         size: Vec4::new(width, height, targets.width as f32, targets.height as f32),
-        ambient: Vec4::new(r, g, b, context.field.homogeneous.beta as f32),
+        ambient: Vec4::new(r, g, b, context.field.media().homogeneous.beta as f32),
         optics: Vec4::new(context.phase.g as f32, CUT_OFF, weighing, exposure),
         counts: UVec4::new(u32::from(viewpoint.parallel), counts[0], counts[1], counts[2]),
     }

@@ -7,9 +7,9 @@ use super::device::{Buffer, Failure, Stage, Texture};
 use super::layout::{self, Span};
 use super::pipelines::{DEPTH, Kind, LIGHT, NUMBER, Pipeline};
 use super::timer::{Timer, Times};
-use crate::cpu::edges;
-use crate::cpu::frame::{CENTER, Context};
-use crate::cpu::viewpoint::Grid;
+use crate::frame::context::Context;
+use crate::frame::samples::{self, CENTER};
+use crate::frame::viewpoint::Grid;
 use crate::request::Quality;
 use glam::{DVec2, UVec4};
 use std::sync::Arc;
@@ -97,7 +97,7 @@ pub fn render(
     lists: &Lists,
 ) -> Result<(Picture, Times), Failure> {
     let shifts = match context.view.samples {
-        Some(samples) if samples > 1 => edges::shifts(samples as usize),
+        Some(samples) if samples > 1 => samples::shifts(samples as usize),
         _ => vec![CENTER],
     };
     let mut frame = Recorder::new(gpu, context, triangles, lists, shifts.len())?;
@@ -171,7 +171,7 @@ impl<'a> Recorder<'a> {
             device.finish(&last)?;
             drop(buffers);
         }
-        if self.context.progress.is_over() {
+        if self.context.job.progress.is_over() {
             return Err(Failure::Interrupted);
         }
         let submission = device.submit(commands)?;
@@ -189,7 +189,7 @@ impl<'a> Recorder<'a> {
 
     /// Parts of the list of blobs that one dispatch takes.
     pub fn spans(&self) -> Vec<std::ops::Range<u32>> {
-        let count = self.context.field.blobs.len() as u32;
+        let count = self.context.field.lumps() as u32;
         let starts = (0..count).step_by(BLOBS_A_DISPATCH as usize);
         starts.map(|start| start..(start + BLOBS_A_DISPATCH).min(count)).collect()
     }
@@ -269,7 +269,7 @@ fn view(gpu: &Gpu, context: &Context, sample: DVec2, step: usize) -> Result<Buff
 
 /// Whether blobs are summed up for one pixel in 16 only.
 pub fn is_low(context: &Context) -> bool {
-    context.view.quality == Quality::Draft && !context.field.blobs.is_empty()
+    context.view.quality == Quality::Draft && context.field.lumps() > 0
 }
 
 /// The pixels of a draft's low resolution.

@@ -19,14 +19,16 @@ mod tests;
 pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
-use crate::cpu::cache::Cache;
-use crate::cpu::frame::{Context, Lamp, fill_tables, light_sides};
-use crate::cpu::mapped::LightTable;
-use crate::geometry::Geometry;
+use crate::frame::Frame;
+use crate::frame::cache::Cache;
+use crate::frame::context::{Context, Lamp};
+use crate::frame::light_table::LightTable;
+use crate::frame::lights::{fill_tables, light_sides};
 use crate::kept::{Kept, Most, Same};
-use crate::renderer::{Frame, Progress};
+use crate::progress::Progress;
 use crate::request::View;
 use crate::scene::CheckedScene;
+use crate::shapes::Geometry;
 use buffers::{Lists, Table, Triangles};
 use compose::Pass;
 use device::Device;
@@ -202,7 +204,7 @@ impl Gpu {
         geometry: &Arc<Geometry>,
     ) -> Result<(Picture, Times), Failure> {
         let make = || Triangles::new(&self.device, geometry);
-        let triangles = self.triangles.get(&Same::new(geometry), context.progress, make)?;
+        let triangles = self.triangles.get(&Same::new(geometry), context.job.progress, make)?;
         let lists = Lists::new(&self.device, context)?;
         frame::render(self, context, &triangles, &lists)
     }
@@ -228,5 +230,5 @@ impl Gpu {
 fn sums_too_many(context: &Context) -> bool {
     let has_none = |lamp: &Lamp| lamp.table.is_none();
     let most = if context.lamps.iter().any(has_none) { MOST_UNTABLED } else { MOST_MARKED };
-    context.shows_airlight() && context.field.blobs.len() > most
+    context.shows_airlight() && context.field.lumps() > most
 }

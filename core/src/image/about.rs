@@ -2,8 +2,8 @@
 //! camera. Attributes are OpenEXR's standard ones where it has one.
 
 use super::exr::Attribute;
-use crate::cpu::viewpoint::Viewpoint;
-use crate::renderer::Frame;
+use crate::frame::Frame;
+use crate::frame::viewpoint::Viewpoint;
 use crate::request::Layer;
 
 /// Names and attributes of an image.

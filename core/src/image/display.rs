@@ -2,8 +2,8 @@
 //! layers that are no colours. Gradients are dithered, normals are not: they are read as numbers.
 
 use super::dither::{level, thresholds};
+use crate::frame::Frame;
 use crate::num::{Lanes, Num};
-use crate::renderer::Frame;
 use crate::request::{Layer, Tonemap, View};
 use crate::vector::V3;
 use fearless_simd::{Level, Simd, dispatch};

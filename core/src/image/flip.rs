@@ -7,7 +7,7 @@
 //! ΔE_c is the difference of colours after the eye's blur, ΔE_f that of edges and points. Outside of a
 //! picture its border goes on.
 
-use crate::renderer::{Interrupted, Progress};
+use crate::progress::{Interrupted, Progress};
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;

@@ -8,8 +8,7 @@ pub mod flip;
 mod npy;
 mod screen;
 
-use crate::compare::ErrorImage;
-use crate::renderer::Frame;
+use crate::frame::Frame;
 use crate::request::{Quality, View};
 use about::Caption;
 use std::borrow::Cow;
@@ -66,6 +65,14 @@ impl Format {
     }
 }
 
+impl View {
+    /// The view for a file format: its samples where none were asked for.
+    pub fn for_format(self, format: Format) -> Self {
+        let samples = self.samples.unwrap_or(format.default_samples(self.quality));
+        Self { samples: Some(samples), for_screen: !format.is_float(), ..self }
+    }
+}
+
 /// The encoder refused.
 #[derive(Debug, thiserror::Error)]
 #[error("the {format:?} encoder failed: {reason}")]
@@ -85,6 +92,17 @@ pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, Enc
         return Err(EncodeError { format, reason: "the frame is for a screen".into() });
     }
     write(&Raster::from(frame), format, || display::bytes(frame, view), || Caption::of(frame))
+}
+
+/// The sizes of relative errors, `[height][width]`, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorImage {
+    /// Pixels along a row.
+    pub width: usize,
+    /// Rows of pixels.
+    pub height: usize,
+    /// The errors.
+    pub pixels: Vec<f32>,
 }
 
 /// Encodes the relative errors of a comparison: as they are in float formats, else colour-mapped by

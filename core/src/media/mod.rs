@@ -1,134 +1,328 @@
-//! What fills space: each medium answers β(x), the extinction [1/m], and T(a, b), the optical
-//! depth of a segment, in closed form. A scene's fog is the [`Field`], the sum of its terms.
+//! What fills space. A medium answers β(x), the extinction [1/m], and T(a, b), the optical depth of a
+//! segment, in closed form. All about one stands in its own file or folder: what a scene says of it,
+//! its checks, its maths. The list below names them all, and nothing else does.
+//!
+//! A scene's fog is the [`Field`], the sum of its terms. It answers what a medium answers, so whoever
+//! integrates light along a ray sees one medium. In f64 nothing is left out; for pictures, batches of
+//! rays are the boundary: a call per medium and batch costs nothing beside what the batch does.
 
-pub mod gaussians;
-pub mod homogeneous;
-pub mod tree;
+mod outline;
+mod sum;
 
+pub use outline::Outline;
+pub use sum::{Field, Profile, Sum};
+
+use crate::geometry::Ray;
+use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
-use crate::scene::{Fog, Term};
-use gaussians::Gaussian;
-use glam::DVec3;
-use homogeneous::Homogeneous;
-use std::sync::OnceLock;
-use tree::BlobTree;
+use crate::geometry::control::{Control, Each};
+use crate::json::Checker;
+use crate::json::tagged::tagged;
+use crate::progress::Job;
+use fearless_simd::Level;
+use glam::{DVec3, Vec3};
+use std::fmt::Debug;
 
-/// The extinction of a scene: the sum of its enabled terms, sorted by kind.
-#[derive(Debug, Default)]
-pub struct Field {
-    /// What is the same everywhere.
-    pub homogeneous: Homogeneous,
-    /// All blobs of all terms, those that weigh nothing left out.
-    pub blobs: Vec<Gaussian>,
-    picture_tree: OnceLock<BlobTree>,
-    exact_tree: OnceLock<BlobTree>,
+/// Declares the media: the union of terms that a scene may hold, and the sum that they come to.
+macro_rules! media {
+    ($($(#[$doc:meta])* $Kind:ident = $kind:literal in $stem:ident),* $(,)?) => {
+        $(pub mod $stem;)*
+        $(use $stem::$Kind;)*
+
+        tagged!(
+            /// One part of the fog.
+            Term { $($(#[$doc])* $Kind = $kind),* }
+        );
+
+        impl Term {
+            /// Its word in a scene.
+            pub fn kind(&self) -> &'static str {
+                match self { $(Self::$Kind(_) => $kind),* }
+            }
+
+            /// What every term says besides what it is.
+            pub fn common(&self) -> Common<'_> {
+                match self { $(Self::$Kind(term) => term.common()),* }
+            }
+
+            /// Looks at all of its numbers; `at` names its members.
+            pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+                match self { $(Self::$Kind(term) => term.check(check, at)),* }
+            }
+
+            /// Blobs that it counts as.
+            pub fn blobs(&self) -> usize {
+                match self { $(Self::$Kind(term) => term.blobs()),* }
+            }
+        }
+
+        /// All terms of a fog, each kind as one medium.
+        #[derive(Debug, Default)]
+        pub struct Media { $($(#[$doc])* pub $stem: <$Kind as TermKind>::Medium),* }
+
+        impl Media {
+            /// Of the terms that are enabled.
+            pub fn new(terms: &[Term]) -> Self {
+                let terms: Vec<_> = terms.iter().filter(|term| term.common().enabled).collect();
+                $(
+                    let $stem = terms.iter().filter_map(|term| match term {
+                        Term::$Kind(term) => Some(term),
+                        #[allow(unreachable_patterns, reason = "a list of one has no other")]
+                        _ => None,
+                    });
+                    let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>());
+                )*
+                Self { $($stem),* }
+            }
+
+            /// Each of them.
+            pub fn each(&self) -> impl Iterator<Item = &dyn Medium> {
+                [$(&self.$stem as &dyn Medium),*].into_iter()
+            }
+        }
+    };
+}
+
+media! {
+    /// The same extinction everywhere.
+    Homogeneous = "homogeneous" in homogeneous,
+    /// A sum of Gaussian blobs.
+    Gaussians = "gaussians" in gaussians,
+}
+
+/// What every term says besides what it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Common<'a> {
+    /// The name given to it, if any.
+    pub id: Option<&'a str>,
+    /// Whether it is part of the fog.
+    pub enabled: bool,
+}
+
+/// A kind of term, as a scene says it.
+pub trait TermKind {
+    /// What terms of this kind come to.
+    type Medium: Medium;
+
+    /// What it says besides what it is.
+    fn common(&self) -> Common<'_>;
+
+    /// Looks at all of its numbers; `at` names its members.
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
+
+    /// Blobs that it counts as: what it takes in memory and in time.
+    fn blobs(&self) -> usize {
+        0
+    }
+
+    /// All terms of this kind as one medium.
+    fn merge(terms: &[&Self]) -> Self::Medium;
+}
+
+/// All terms of one kind, merged. What it says in f64 leaves nothing out.
+pub trait Medium: Debug + Send + Sync {
+    /// Whether it is nothing at all.
+    fn is_empty(&self) -> bool;
+
+    /// β(x) [1/m].
+    fn beta(&self, x: DVec3) -> f64;
+
+    /// T along a ray of that length [m].
+    fn depth(&self, ray: &Ray, length_m: f64) -> f64;
+
+    /// The medium along one ray.
+    fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along>;
+
+    /// The medium between a point and the points of a segment.
+    fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Box<dyn Ways>;
+
+    /// What matters of it to the rays of a bundle, for pictures.
+    fn near(&self, level: Level, search: &Search) -> Box<dyn Near>;
+
+    /// The medium for rays from an origin, if its closed form is cheaper than any table and smooth
+    /// between its edges.
+    fn smooth(&self, _origin: DVec3) -> Option<Box<dyn Smooth>> {
+        None
+    }
+
+    /// The least that it weighs on any ray of that length [m].
+    fn least(&self, _length_m: f64) -> f64 {
+        0.0
+    }
+
+    /// No lump of it lies farther from a point than this [m].
+    fn reach(&self, _from: DVec3) -> f64 {
+        0.0
+    }
+
+    /// How many lumps it is made of; none if it is smooth.
+    fn lumps(&self) -> usize {
+        0
+    }
+
+    /// What a table of T around a light must resolve of its lumps.
+    fn outline(&self, _light: DVec3) -> Outline {
+        Outline::default()
+    }
+
+    /// Bytes that it takes besides its own, near enough.
+    fn bytes(&self) -> usize;
+}
+
+/// A medium along one ray in f64, to rounding.
+pub trait Along: Debug {
+    /// Terms that a sum has: what a call costs.
+    fn terms(&self) -> usize;
+
+    /// Whether it is smooth between its edges, whatever its size.
+    fn is_smooth(&self) -> bool;
+
+    /// β [1/m] at the ray parameter `t` [m].
+    fn beta(&self, t: f64) -> f64;
+
+    /// T from the origin to the ray parameter `t` [m].
+    fn depth(&self, t: f64) -> f64;
+
+    /// From where to where there is any of it [m].
+    fn span(&self) -> Option<(f64, f64)>;
+
+    /// The finest length over which it changes between two ray parameters [m].
+    fn finest_m(&self, _from: f64, _to: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Ray parameters where β, or its slope, jumps [m].
+    fn edges(&self) -> Vec<f64> {
+        Vec::new()
+    }
+}
+
+/// A medium between a point and those of a segment, in f64, to rounding.
+pub trait Ways: Debug {
+    /// Terms that a sum has: what a call costs.
+    fn terms(&self) -> usize;
+
+    /// T from the point to one of the segment.
+    fn depth_to(&self, point: DVec3) -> f64;
 }
 
 /// Optical depth that a picture's ray may lose to culling: this, or [`RELATIVE_LOSS`] of its own.
 pub const PICTURE_LOSS: f64 = 1e-5;
 /// See [`PICTURE_LOSS`].
 pub const RELATIVE_LOSS: f64 = 1e-4;
-/// Optical depth that all blobs left out of an exact sum may have together: below the rounding of
-/// its other terms.
-const EXACT_LOSS: f64 = 1e-15;
 
-impl Field {
-    /// The field of a fog.
-    pub fn new(fog: &Fog) -> Self {
-        let terms = || fog.terms.iter().filter(|term| term.enabled());
-        let homogeneous = terms().filter_map(|term| match term {
-            Term::Homogeneous(term) => Some(term),
-            Term::Gaussians(_) => None,
-        });
-        let blobs = terms().flat_map(|term| match term {
-            Term::Homogeneous(_) => [].as_slice(),
-            Term::Gaussians(term) => term.blobs.as_slice(),
-        });
-        Self {
-            homogeneous: Homogeneous::new(homogeneous),
-            blobs: blobs.map(Gaussian::from).filter(|blob| blob.c > 0.0).collect(),
-            ..Self::default()
-        }
-    }
-
-    /// Whether there is nothing at all.
-    pub fn is_empty(&self) -> bool {
-        self.homogeneous.beta == 0.0 && self.blobs.is_empty()
-    }
-
-    /// β(x) [1/m].
-    pub fn beta(&self, x: DVec3) -> f64 {
-        self.homogeneous.beta + self.blobs.iter().map(|blob| blob.beta(x)).sum::<f64>()
-    }
-
-    /// T along a ray from `origin` in the unit `direction` up to `length` [m]; no blob left out.
-    pub fn optical_depth(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
-        let blobs = self.blobs.iter().map(|b| b.optical_depth(origin, direction, length));
-        // An empty f64 sum is −0.
-        self.homogeneous.optical_depth(length) + blobs.sum::<f64>().max(0.0)
-    }
-
-    /// T between two points.
-    pub fn depth_between(&self, from: DVec3, to: DVec3) -> f64 {
-        let (direction, length) = toward(from, to);
-        self.optical_depth(from, direction, length)
-    }
-
-    /// The blobs that matter to any ray of a bundle, for pictures.
-    pub fn picture_tree(&self) -> &BlobTree {
-        let each = PICTURE_LOSS / 10.0 / self.blobs.len().max(1) as f64;
-        self.picture_tree.get_or_init(|| BlobTree::new(&self.blobs, each))
-    }
-
-    /// Σ of `f` over the blobs that a segment meets, to rounding.
-    pub fn near_segment(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        length: f64,
-        mut f: impl FnMut(&Gaussian) -> f64,
-    ) -> f64 {
-        let bundle = Bundle { origin, axis: direction, radius: 0.0, tan: 0.0, length };
-        let mut sum = 0.0;
-        self.exact_tree().visit(&bundle, |i| sum += f(&self.blobs[i]));
-        sum
-    }
-
-    /// Places of the blobs that a segment meets, to rounding.
-    pub fn places_near_segment(&self, origin: DVec3, direction: DVec3, length: f64) -> Vec<usize> {
-        let bundle = Bundle { origin, axis: direction, radius: 0.0, tan: 0.0, length };
-        let mut places = Vec::new();
-        self.exact_tree().visit(&bundle, |place| places.push(place));
-        places
-    }
-
-    /// Bytes that it takes with its trees, near enough.
-    pub fn bytes(&self) -> usize {
-        /// Bytes of a blob in both trees: two nodes and a place in each.
-        const IN_TREES: usize = 136;
-        self.blobs.len() * (size_of::<Gaussian>() + IN_TREES)
-    }
-
-    /// The blobs that any segment from `apex` to a point between `from` and `to` meets, to rounding.
-    pub fn near_triangle(&self, apex: DVec3, from: DVec3, to: DVec3) -> Vec<Gaussian> {
-        let ray = |end| (apex, toward(apex, end).0);
-        let length = apex.distance(from).max(apex.distance(to));
-        let Some(bundle) = Bundle::around(&[ray(from), ray(to)], length) else {
-            return self.blobs.clone();
-        };
-        let mut near = Vec::new();
-        self.exact_tree().visit(&bundle, |i| near.push(self.blobs[i]));
-        near
-    }
-
-    fn exact_tree(&self) -> &BlobTree {
-        let each = EXACT_LOSS / self.blobs.len().max(1) as f64;
-        self.exact_tree.get_or_init(|| BlobTree::new(&self.blobs, each))
-    }
+/// What the lumps around a bundle are wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Optical depth: what is lost may grow with a ray's own.
+    Depth,
+    /// Airlight too: it comes from where the ray begins, however thick the fog behind may be.
+    Airlight,
+    /// Fields that airlight is integrated over: where fog is thin, its share counts.
+    Nodes,
 }
 
-/// Unit direction and distance from one point to another; +Z where they coincide.
-pub fn toward(from: DVec3, to: DVec3) -> (DVec3, f64) {
-    let length = from.distance(to);
-    if length > 0.0 { ((to - from) / length, length) } else { (DVec3::Z, 0.0) }
+/// What is looked for around a bundle of rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// The rays.
+    pub bundle: Bundle,
+    /// None of them is shorter [m].
+    pub shortest_m: f64,
+    /// What for.
+    pub purpose: Purpose,
+    /// Optical depth that other media surely add.
+    pub sure: f64,
+}
+
+/// What matters of a medium to a bundle of rays.
+pub trait Near: Debug + Send + Sync {
+    /// Adds T along every ray. Rays start at the bundle's origin; at offsets from it if `parallel`.
+    fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row);
+
+    /// The same medium for the few rays that stand for a patch.
+    fn patched(&self) -> Box<dyn Patched>;
+}
+
+/// What is smooth between its edges, for rays from one origin.
+pub trait Smooth: Near {
+    /// Adds the mean extinction, T(x, s)/d [1/m], between a light and points of rays; both relative to
+    /// the origin.
+    fn add_mean(&self, level: Level, light: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]);
+}
+
+/// The rays of a patch as a cone, relative to the viewpoint.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchCone {
+    /// Where the middle ray starts [m].
+    pub offset: Vec3,
+    /// Its unit direction.
+    pub axis: Vec3,
+    /// Half the patch's diagonal, per metre of distance.
+    pub spread: f32,
+    /// The same where rays are parallel [m].
+    pub width: f32,
+    /// The longest ray [m].
+    pub longest: f32,
+}
+
+/// What lumps around a patch come to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lumps {
+    /// Optical depth along the middle ray.
+    pub depth: f32,
+    /// Where the last of them ends [m].
+    pub end: f32,
+    /// Optical depth that quadratics across the patch may miss of those between the rays looked at,
+    /// squared: what many hide has either sign.
+    pub hidden_squared: f32,
+}
+
+/// What matters of a medium to a patch's rays.
+pub trait Patched: Debug + Send + Sync {
+    /// Terms that a sum has: what a place of a ray costs.
+    fn terms(&self) -> usize;
+
+    /// What the rays of a smaller patch meet of it; `lumps` gathers what that comes to.
+    fn within(&self, cone: &PatchCone, lumps: &mut Lumps) -> Box<dyn Patched>;
+
+    /// T along the middle ray of a patch, of what is smooth.
+    fn haze(&self, _cone: &PatchCone, _length: f32) -> f32 {
+        0.0
+    }
+
+    /// Follows rays from the origin, or from offsets if `parallel`; without the lumps of which all
+    /// rays meet less than the share `least`.
+    fn on_rays(&self, level: Level, rays: &Control, parallel: bool, least: f32) -> Box<dyn OnRays>;
+}
+
+/// A medium as the sixteen rays of a [`Control`] meet it.
+pub trait OnRays: Debug + Send + Sync {
+    /// Whether it is smooth between its edges.
+    fn is_smooth(&self) -> bool;
+
+    /// Adds β and T at ray parameters `t`, ascending from row to row.
+    fn add(&self, level: Level, t: &[Each], beta: &mut [Each], depth: &mut [Each]);
+
+    /// The most that any ray meets between two ray parameters.
+    fn most(&self, from: f32, to: f32) -> f32;
+
+    /// From where to where there is any of it on the rays [m].
+    fn span(&self) -> Option<(f32, f32)>;
+
+    /// The smallest radius of the lumps between two ray parameters [m] that weigh more than `least`;
+    /// infinite if none does: a sum of many is smoother than each.
+    fn finest(&self, _from: f32, _to: f32, _least: f32) -> f32 {
+        f32::INFINITY
+    }
+
+    /// Where it has surely added that much optical depth behind a ray parameter, on all rays [m].
+    fn hides_from(&self, _from: f32, _depth: f32) -> f32 {
+        f32::INFINITY
+    }
+
+    /// Ray parameters where β, or its slope, jumps, ray by ray [m].
+    fn edges(&self) -> Vec<Each> {
+        Vec::new()
+    }
 }

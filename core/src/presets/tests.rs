@@ -17,11 +17,7 @@ const COUNTS: [(&str, usize, usize, usize, usize); 7] = [
 ];
 
 fn blobs(scene: &Scene) -> usize {
-    let count = |term: &Term| match term {
-        Term::Gaussians(term) => term.blobs.len(),
-        _ => 0,
-    };
-    scene.fog.terms.iter().map(count).sum()
+    scene.fog.terms.iter().map(Term::blobs).sum()
 }
 
 fn triangles_and_vertices(scene: &Scene) -> (usize, usize) {
@@ -69,7 +65,7 @@ fn every_preset_is_a_valid_scene() {
         let name = preset.name;
         assert!(preset.scene.surfaces.iter().all(|surface| surface.id.is_some()), "{name}");
         assert!(preset.scene.lights.iter().all(|light| light.id().is_some()), "{name}");
-        assert!(preset.scene.fog.terms.iter().all(|term| term.id().is_some()), "{name}");
+        assert!(preset.scene.fog.terms.iter().all(|term| term.common().id.is_some()), "{name}");
         assert_eq!(preset.scene.check().err(), None, "{name}");
     }
 }

@@ -1,8 +1,8 @@
 //! Where the picture is taken from.
 
-use super::limits;
-use super::tagged::tagged;
-use super::values::Vec3;
+use crate::json::Vec3;
+use crate::json::limits;
+use crate::json::tagged::tagged;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! The one gate: every number of a scene is looked at once, before anything is computed from it.
 
-use super::limits::{self, COUNTS};
 use super::*;
+use crate::json::limits::{self, COUNTS};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -225,53 +225,21 @@ fn check_lights(check: &mut Checker, lights: &[Light]) {
 
 fn check_fog(check: &mut Checker, fog: &Fog) {
     check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
-    if let Phase::HenyeyGreenstein(phase) = &fog.phase {
-        check.number(phase.g, limits::ANISOTROPY, || "/fog/phase/g".into());
-    }
+    fog.phase.check(check, || "/fog/phase".into());
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
-    check_ids(check, "fog/terms", fog.terms.iter().map(Term::id));
+    check_ids(check, "fog/terms", fog.terms.iter().map(|term| term.common().id));
     let mut blobs = 0usize;
     for (i, term) in fog.terms.iter().enumerate().take(COUNTS.terms) {
         let at = |name: &str| format!("/fog/terms/{i}/{name}");
-        match term {
-            Term::Homogeneous(term) => check_homogeneous(check, term, at),
-            Term::Gaussians(term) => {
-                blobs = blobs.saturating_add(term.blobs.len());
-                check.count(blobs, COUNTS.blobs, "blobs", || at("blobs"));
-                if blobs > COUNTS.blobs {
-                    return;
-                }
-                check_blobs(check, &term.blobs, at);
-            }
+        blobs = blobs.saturating_add(term.blobs());
+        check.count(blobs, COUNTS.blobs, "blobs", || at("blobs"));
+        if blobs > COUNTS.blobs {
+            return;
         }
+        term.check(check, &at);
     }
-    if let Some(detail) = crate::airlight::refusal(fog, fog.airlight) {
+    if let Some(detail) = crate::airlight::refusal(&fog.terms, &fog.phase, fog.airlight) {
         check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
-    }
-}
-
-fn check_homogeneous(check: &mut Checker, term: &Homogeneous, at: impl Fn(&str) -> String) {
-    if let Some(extinction) = term.extinction {
-        check.number(extinction, limits::EXTINCTION, || at("extinction"));
-    }
-    if let Some(visibility_m) = term.visibility_m {
-        check.number(visibility_m, limits::VISIBILITY, || at("visibility_m"));
-    }
-    if term.extinction.is_some() && term.visibility_m.is_some() {
-        check.refuse(
-            Code::Conflict,
-            || at("visibility_m"),
-            "give extinction or visibility_m, not both",
-        );
-    }
-}
-
-fn check_blobs(check: &mut Checker, blobs: &[Blob], at: impl Fn(&str) -> String) {
-    for (i, blob) in blobs.iter().enumerate() {
-        let at = |name: &str| at(&format!("blobs/{i}/{name}"));
-        check.triple(blob.center.0, limits::COORDINATE, || at("center"));
-        check.number(blob.radius, limits::RADIUS, || at("radius"));
-        check.number(blob.extinction, limits::EXTINCTION, || at("extinction"));
     }
 }

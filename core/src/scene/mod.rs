@@ -3,34 +3,28 @@
 //! [`Scene`] is the JSON as it came; [`Scene::check`] is the only way to a [`CheckedScene`], and
 //! everything that computes takes that.
 
-pub(crate) mod bounded;
 mod camera;
 mod check;
-mod diagnose;
 mod fog;
-mod form;
-mod light;
-pub mod limits;
-mod problem;
-mod strict;
+#[cfg(test)]
+mod reading;
 mod surface;
-pub mod tagged;
-mod values;
 
+pub use crate::airlight::Airlight;
+pub use crate::json::{Albedo, Checker, Code, Problem, ReadError, Rgb, Vec3, limits, read, tagged};
+pub use crate::light::{Light, Point};
+pub use crate::media::Term;
+pub use crate::media::gaussians::{Blob, Gaussians};
+pub use crate::media::homogeneous::{Homogeneous, Uniform, Vertical};
+pub use crate::phase::{HenyeyGreenstein, Isotropic, Phase};
 pub use camera::{Camera, Orthographic, Perspective, Projection};
 pub use check::CheckedScene;
-pub use fog::{
-    Airlight, Blob, Fog, Gaussians, HenyeyGreenstein, Homogeneous, Isotropic, Phase,
-    SurfaceLighting, Term, Uniform, Vertical,
-};
-pub use light::{Light, Point};
-pub use problem::{Checker, Code, Problem};
+pub use fog::{Fog, SurfaceLighting};
 pub use surface::{Box, Heightfield, Material, Mesh, Plane, Shape, Sphere, Surface};
-pub use values::{Albedo, Rgb, Vec3};
 
+use crate::json::bounded;
 use limits::COUNTS;
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// A scene: everything that a picture depends on but its size. `{}` is a valid scene.
@@ -78,35 +72,4 @@ impl Default for Scene {
             far_m: 10_000.0,
         }
     }
-}
-
-/// Reads JSON into any documented type.
-///
-/// Nothing is noted on the way: only a text that cannot be read is walked a second time, to tell
-/// everything that is wrong with it.
-///
-/// # Errors
-/// That it is no JSON, or what is wrong with it, each with its JSON pointer.
-pub fn read<T: DeserializeOwned + JsonSchema>(json: &[u8]) -> Result<T, ReadError> {
-    let text = std::str::from_utf8(json).map_err(|error| {
-        ReadError::NotJson(format!("no UTF-8 after {} bytes", error.valid_up_to()))
-    })?;
-    parse(text).map_err(|error| diagnose::errors::<T>(text, &error))
-}
-
-fn parse<T: DeserializeOwned>(text: &str) -> Result<T, serde_json::Error> {
-    let mut input = serde_json::Deserializer::from_str(text);
-    let value = T::deserialize(strict::Strict(&mut input))?;
-    input.end().map(|()| value)
-}
-
-/// Why some JSON is not what it should be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ReadError {
-    /// It is not JSON at all.
-    #[error("not JSON: {0}")]
-    NotJson(String),
-    /// It is JSON, but not of the documented form.
-    #[error("{} problems", .0.len())]
-    Invalid(Vec<Problem>),
 }

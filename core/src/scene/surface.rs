@@ -1,9 +1,9 @@
 //! What stands in the fog: shapes and their materials.
 
-use super::bounded;
-use super::limits::{self, COUNTS};
-use super::tagged::tagged;
-use super::values::{Albedo, Rgb, Vec3};
+use crate::json::bounded;
+use crate::json::limits::{self, COUNTS};
+use crate::json::tagged::tagged;
+use crate::json::{Albedo, Rgb, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 

@@ -10,111 +10,76 @@
 //! tail).
 
 mod control;
-mod crossings;
 mod patch;
 mod pilot;
 mod pixels;
-mod table;
+mod sight;
 
-use super::batch::Fogged;
-use super::blobs::Purpose;
-use super::fog::{Ends, blobs_on_view};
-use super::frame::{Context, Lamp};
+use super::fog::near_views;
 use crate::airlight::mapped::{OPAQUE, PROBES};
+use crate::frame::context::Context;
+use crate::frame::tolerance::{THIN, Tolerance};
+use crate::geometry::batch::{Ends, Fogged};
+use crate::geometry::control::{Each, PADDED};
+use crate::media::Purpose;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use control::{Blob, CONTROL, Control, Each, Fields, PADDED, of_place, pairs};
-use crossings::{Crossings, Profile};
+use control::{CONTROL, Fields, of_place, pairs};
 use fearless_simd::{Simd, dispatch};
-pub use patch::Tolerance;
-use patch::{Patch, Places, Ray, SMALLEST, Surroundings};
-use pilot::{FAINT, Nodes};
-use pixels::{Head, Light, Node, Surface, TAIL, Tail, Terms, surface};
-pub use table::{Fineness, LightTable, pay as tables_pay};
+use patch::{Member, Patch, Places, SMALLEST, Surroundings};
+use pilot::{Nodes, is_rough, nodes};
+use pixels::{Head, Light, Node, Quadratic, TAIL, Tail, Terms, quadratic};
+use sight::{Section, Sight, Sights, ToLamp};
 
-/// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
-const CHECK: [f32; 2] = [0.55, 0.45];
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
 /// A tail among blobs may be so many of their radii long, times a layer's share: over a radius, as
 /// in 8-bit pictures, a Gaussian is a cubic to 2 %.
 const SMOOTH: f32 = 4.5;
-/// A layer is at least this share of the blobs' extent.
-pub const THIN: f32 = 0.02;
 
 /// Adds the airlight of every light along the rays of some batches that stand together, and where
 /// the picture allows it sets what fog takes away, too.
 pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
-    let blobs = control::unpack(&blobs_on_view(context, block, Purpose::Nodes));
+    let fog = near_views(context, block, Purpose::Nodes).patched();
+    let tolerance = &Tolerance::new(&context.view, context.field.lumps());
+    let is_over = || context.job.progress.is_over();
     let mut patches = vec![Patch::whole(block, &places)];
-    while let Some(patch) = patches.pop().filter(|_| !context.progress.is_over()) {
+    while let Some(patch) = patches.pop().filter(|_| !is_over()) {
         let longest = patch.members.last().map_or(0.0, |ray| ray.length(block));
-        let around = Surroundings::new(context, &blobs, &patch, longest);
+        let around = Surroundings::new(context, tolerance, &fog, &patch, longest);
         if around.is_coarse {
             patches.extend(patch.quarters(&places));
             continue;
         }
-        let sights = Sights::new(context, &around.blobs, &patch);
+        let sights = Sights::new(context, &around.fog, &patch);
         for (i, lamp) in context.lamps.iter().enumerate() {
             let sets_depth = i == 0 && context.interpolates();
-            let pass = Pass { context, block, lamp, places: &places, sets_depth };
+            let to = ToLamp { context, lamp, tolerance, sets_depth };
+            let pass = Pass { to, block, places: &places };
             let mut parts = pass.light(&patch, &sights, fogged);
-            while let Some(part) = parts.pop().filter(|_| !context.progress.is_over()) {
-                let sights = Sights::new(context, &around.blobs, &part);
+            while let Some(part) = parts.pop().filter(|_| !is_over()) {
+                let sights = Sights::new(context, &around.fog, &part);
                 parts.extend(pass.light(&part, &sights, fogged));
             }
         }
     }
 }
 
-/// Rays before one light.
+/// Rays before one lamp.
 struct Pass<'a> {
-    context: &'a Context<'a>,
+    to: ToLamp<'a>,
     block: &'a [Ends<'a>],
-    lamp: &'a Lamp,
     places: &'a Places,
-    /// Whether what fog takes away is set on the way.
-    sets_depth: bool,
-}
-
-/// A few rays of a row, and the blobs that they cross.
-struct Sight {
-    rays: Control,
-    met: Crossings,
-}
-
-/// The rays that stand for a patch.
-struct Sights {
-    /// Around it.
-    control: Sight,
-    /// Through its middle: there nodes are placed.
-    middle: Sight,
-    /// Where quadratics are compared with what they stand for.
-    check: Sight,
-}
-
-impl Sights {
-    fn new(context: &Context, blobs: &[Blob], patch: &Patch) -> Self {
-        let sight = |rays: Control, least: f32| {
-            let met = Crossings::on_view(context, &rays, blobs, least);
-            Sight { rays, met }
-        };
-        Self {
-            control: sight(Control::around(context, patch), 0.0),
-            middle: sight(Control::within(context, patch, [0.0; 2]), FAINT),
-            check: sight(Control::within(context, patch, CHECK), 0.0),
-        }
-    }
 }
 
 /// What the pixels of a layer sum up.
 struct Sums<'a> {
     layer: &'a Layer<'a>,
-    head: Option<&'a Head>,
+    heads: &'a [Head],
     tail: Option<&'a Tail>,
     /// T where they end, as in [`Tail`].
-    depth: Option<[Surface; TAIL]>,
+    depth: Option<[Quadratic; TAIL]>,
 }
 
 /// Where rays meet fog, in ray parameters [m].
@@ -123,7 +88,7 @@ struct Reach {
     from: f32,
     /// Where it ends, or nothing behind is seen.
     to: f32,
-    /// From where to where blobs are.
+    /// From where to where lumps are.
     dense: Option<(f32, f32)>,
 }
 
@@ -132,52 +97,78 @@ struct Layer<'a> {
     from: f32,
     first: f32,
     last: f32,
-    members: &'a [Ray],
+    members: &'a [Member],
 }
 
 impl Pass<'_> {
-    /// Adds the light's airlight to the rays of a patch; its parts, if it is too large for them.
+    /// Adds the lamp's airlight to the rays of a patch; its parts, if it is too large for them.
     fn light(&self, patch: &Patch, sights: &Sights, fogged: &mut [Fogged]) -> Vec<Patch> {
         let split = || patch.quarters(self.places);
-        if patch::is_near(self.context, self.lamp, patch) {
+        let (to, can_split) = (&self.to, patch.size() > SMALLEST);
+        if patch::is_near(to.context, to.tolerance.near, to.lamp, patch) {
             return split();
         }
-        let Some(Reach { from, to, dense }) = self.reach(patch, &sights.control) else {
+        let Some(Reach { from, to: end, dense }) = self.reach(patch, &sights.control) else {
             return Vec::new();
         };
-        let layers = self.layers(patch, &sights.control, from, to, dense);
-        let tolerance = Tolerance::new(self.context);
-        if layers.len() > tolerance.layers && patch.size() > LEAST_LAYERED {
+        let layers = self.layers(patch, &sights.control, from, end, dense);
+        if layers.len() > to.tolerance.layers && patch.size() > LEAST_LAYERED {
             return split();
         }
         let mut heads = Vec::with_capacity(layers.len());
         for layer in &layers {
-            if layer.first - layer.from <= 1e-6 * layer.first {
-                heads.push(None);
-                continue;
+            let has_edge_in_tail = sights.has_edge(layer.first, layer.last);
+            match self.heads(sights, layer, dense, can_split) {
+                Some(own) if !(can_split && has_edge_in_tail) => heads.push(own),
+                _ => return split(),
             }
-            let nodes = self.nodes(&sights.middle, dense, layer.from, layer.first);
-            let head = self.head(&sights.control, &nodes);
-            if patch.size() > SMALLEST && self.is_rough(&sights.check, &nodes, &head) {
-                return split();
-            }
-            heads.push(Some(head));
         }
-        for (layer, head) in layers.iter().zip(&heads) {
-            self.layer(patch, &sights.control, layer, head.as_ref(), fogged);
+        for (layer, heads) in layers.iter().zip(&heads) {
+            self.layer(patch, &sights.control, layer, heads, fogged);
         }
         Vec::new()
     }
 
+    /// The sections before the first end of a layer; `None` if the patch should be split for them.
+    fn heads(
+        &self,
+        sights: &Sights,
+        layer: &Layer,
+        dense: Option<(f32, f32)>,
+        can_split: bool,
+    ) -> Option<Vec<Head>> {
+        let is_short = |from: f32, to: f32| to - from <= 1e-6 * to;
+        if is_short(layer.from, layer.first) {
+            return Some(Vec::new());
+        }
+        let (sections, are_alike) = sights.sections(layer.from, layer.first);
+        if can_split && !are_alike {
+            return None;
+        }
+        let mut heads = Vec::with_capacity(sections.middle.len());
+        for (i, middle) in sections.middle.iter().enumerate() {
+            let (from, to) = middle.on_first();
+            if is_short(from, to) {
+                continue;
+            }
+            let nodes = nodes(&self.to, &sights.middle, middle, dense);
+            let head = self.head(&sights.control, &sections.control[i], &nodes);
+            let check = &sections.check[i];
+            if can_split && is_rough(&self.to, &sights.check, check, &nodes, &head) {
+                return None;
+            }
+            heads.push(head);
+        }
+        Some(heads)
+    }
+
     /// Where the patch's rays meet fog that is seen; `None` if nowhere.
     fn reach(&self, patch: &Patch, control: &Sight) -> Option<Reach> {
-        let beta = self.context.field.homogeneous.beta as f32;
         let longest = patch.members.last().map_or(0.0, |ray| ray.length(self.block));
-        // What is the same everywhere hides the rest of a long ray by itself.
-        let longest = if beta > 0.0 { longest.min(OPAQUE as f32 / beta) } else { longest };
-        let dense = control.met.span(longest);
-        let span = if beta == 0.0 { dense } else { Some((0.0, longest)) };
-        let (from, to) = span.filter(|span| span.0 < span.1)?;
+        // Haze hides the rest of a long ray by itself.
+        let longest = longest.min(control.met.hides_from(0.0, OPAQUE as f32));
+        let dense = control.met.dense(longest);
+        let (from, to) = control.met.span(longest)?;
         Some(Reach { from, to: self.opaque_from(control, from, to, dense), dense })
     }
 
@@ -190,10 +181,10 @@ impl Pass<'_> {
         to: f32,
         dense: Option<(f32, f32)>,
     ) -> Vec<Layer<'b>> {
-        let end = |ray: &Ray| ray.length(self.block).min(to);
+        let end = |ray: &Member| ray.length(self.block).min(to);
         let reached = patch.members.partition_point(|ray| ray.length(self.block) <= from);
         let thin = dense.map_or(0.0, |(begin, end)| THIN * (end - begin));
-        let share = Tolerance::new(self.context).layer;
+        let share = self.to.tolerance.layer;
         let mut layers = Vec::new();
         let mut rest = &patch.members[reached..];
         while let Some(nearest) = rest.first() {
@@ -210,74 +201,75 @@ impl Pass<'_> {
         layers
     }
 
-    /// Where nothing behind is seen any more: among the blobs, else behind them, where only
-    /// homogeneous fog is left.
+    /// Where nothing behind is seen any more: among the lumps, else behind them, where only haze is
+    /// left.
     fn opaque_from(&self, sight: &Sight, from: f32, to: f32, dense: Option<(f32, f32)>) -> f32 {
         let Some((_, end)) = dense.filter(|_| sight.met.most(to) >= OPAQUE as f32) else {
             return to;
         };
         let part = (end - from) / PROBES as f32;
         let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
-        let depth = sight.met.profile(self.context, &pairs(&t)).depth;
-        let thinnest = |at: usize| of_place(&depth, at).into_iter().fold(f32::INFINITY, f32::min);
+        let depth = &sight.met.fields(self.to.context.job.level, &pairs(&t))[1];
+        let thinnest = |at: usize| of_place(depth, at).into_iter().fold(f32::INFINITY, f32::min);
         if let Some(opaque) = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32) {
             return t[opaque];
         }
-        let beta = self.context.field.homogeneous.beta as f32;
-        to.min(end + (OPAQUE as f32 - thinnest(PROBES - 1)) / beta)
+        to.min(sight.met.hides_from(end, OPAQUE as f32 - thinnest(PROBES - 1)))
     }
 
-    /// Adds the light's airlight to the rays of a layer.
+    /// Adds the lamp's airlight to the rays of a layer.
     fn layer(
         &self,
         patch: &Patch,
         control: &Sight,
         layer: &Layer,
-        head: Option<&Head>,
+        heads: &[Head],
         fogged: &mut [Fogged],
     ) {
+        let level = self.to.context.job.level;
         let has_tail = layer.last - layer.first > 1e-5 * (layer.last - layer.from);
         let tail = has_tail.then(|| self.tail(control, layer.first, layer.last));
         let flat = || {
-            let depth = control.met.profile(self.context, &pairs(&[layer.last])).depth;
-            [surface(of_place(&depth, 0)), [0.0; CONTROL], [0.0; CONTROL], [0.0; CONTROL]]
+            let depth = &control.met.fields(level, &pairs(&[layer.last]))[1];
+            [quadratic(of_place(depth, 0)), [0.0; CONTROL], [0.0; CONTROL], [0.0; CONTROL]]
         };
-        let depth = self.sets_depth.then(|| tail.as_ref().map_or_else(flat, |tail| tail.depth));
-        let sums = Sums { layer, head, tail: tail.as_ref(), depth };
-        dispatch!(self.context.level, simd => self.add(simd, patch, &sums, fogged));
+        let depth = self.to.sets_depth.then(|| tail.as_ref().map_or_else(flat, |tail| tail.depth));
+        let sums = Sums { layer, heads, tail: tail.as_ref(), depth };
+        dispatch!(level, simd => self.add(simd, patch, &sums, fogged));
     }
 
-    fn fields(&self, sight: &Sight, t: &[Each]) -> Fields {
-        let Profile { mut log_beta, depth } = sight.met.profile(self.context, t);
-        for (log, depth) in log_beta.iter_mut().zip(&depth) {
-            for (log, depth) in log.iter_mut().zip(depth) {
-                *log -= depth.min(2.0 * OPAQUE as f32);
-            }
-        }
-        let mean = sight.rays.toward_light(self.context, self.lamp, t);
-        Fields { log: log_beta, mean, depth }
-    }
-
-    fn head(&self, sight: &Sight, nodes: &Nodes) -> Head {
-        let t = nodes.t.as_flattened();
-        let Fields { log, mean, depth } = self.fields(sight, &pairs(t));
-        let last = t.len() - 1;
-        let node = |(j, log_weight): (usize, &f32)| {
-            let log = of_place(&log, j).map(|log| log + log_weight);
-            let (most, log) = (most(&log), surface(log));
-            Node { t: t[j], log, log_weight: *log_weight, most, mean: surface(of_place(&mean, j)) }
+    fn head(&self, sight: &Sight, section: &Section, nodes: &Nodes) -> Head {
+        let (shares, log_weights) = (nodes.share.as_flattened(), nodes.log_weight.as_flattened());
+        let on_rays = |share: &[f32]| -> Each {
+            std::array::from_fn(|c| {
+                let share = share[(c / CONTROL).min(share.len() - 1)];
+                section.range[c].mul_add(share, section.begin[c])
+            })
+        };
+        let t: Vec<_> = shares.chunks(PADDED / CONTROL).map(on_rays).collect();
+        let Fields { log, mean, depth } = sight.fields(&self.to, &t);
+        let first = |row: &Each| -> [f32; CONTROL] { std::array::from_fn(|c| row[c]) };
+        let stretch = first(&section.range).map(|range| nodes.log_stretch(range));
+        let node = |(j, (share, log_weight)): (usize, (&f32, &f32))| {
+            let at = of_place(&log, j);
+            let log = std::array::from_fn(|c| at[c] + (log_weight + stretch[c]));
+            let (most, log) = (most(&log), quadratic(log));
+            Node { share: *share, log, most, mean: quadratic(of_place(&mean, j)) }
         };
         Head {
-            nodes: nodes.log_weight.as_flattened().iter().enumerate().map(node).collect(),
-            depth: surface(of_place(&depth, last)),
+            begin: quadratic(first(&section.begin)),
+            range: quadratic(first(&section.range)),
+            nodes: shares.iter().zip(log_weights).enumerate().map(node).collect(),
+            depth: quadratic(of_place(&depth, shares.len() - 1)),
         }
     }
 
     fn tail(&self, sight: &Sight, from: f32, to: f32) -> Tail {
         let range = to - from;
         let t = CHEBYSHEV.map(|x| range.mul_add(x, from));
-        let Fields { log, mean, depth } = self.fields(sight, &pairs(&t));
-        let along = |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(surface);
+        let Fields { log, mean, depth } = sight.fields(&self.to, &pairs(&t));
+        let along =
+            |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(quadratic);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
         Tail { from, range, log: along(&log), most, mean: along(&mean), depth: along(&depth) }
     }
@@ -287,7 +279,8 @@ impl Pass<'_> {
     fn add<S: Simd>(&self, simd: S, patch: &Patch, sums: &Sums, fogged: &mut [Fogged]) {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
-        let rgb = self.lamp.scattered.as_vec3();
+        let ToLamp { context, lamp, .. } = self.to;
+        let rgb = lamp.scattered.as_vec3();
         for members in sums.layer.members.chunks(Lanes::<S>::COUNT) {
             let gathered = self.gather(members);
             let row = |i: usize| &gathered[i];
@@ -303,13 +296,10 @@ impl Pass<'_> {
             let offset =
                 V3::new(Lanes::load(simd, ox), Lanes::load(simd, oy), Lanes::load(simd, oz));
             let length = Lanes::load(simd, length);
-            let light = Light::new(
-                self.context.phase,
-                V3::lit(one, self.lamp.from_camera) - offset,
-                direction,
-            );
+            let toward = V3::lit(one, lamp.from_camera) - offset;
+            let light = Light::new(context.phase, toward, direction);
             let mut sum = one.lit(0.0);
-            if let Some(head) = sums.head {
+            for head in sums.heads {
                 sum += pixels::head(simd, head, &terms, &light);
             }
             let end = length.min(Lanes::splat(simd, sums.layer.last));
@@ -334,7 +324,7 @@ impl Pass<'_> {
     }
 
     /// Place in the picture, direction, start and length of a few rays; the last one repeated.
-    fn gather(&self, members: &[Ray]) -> [[f32; PADDED]; 9] {
+    fn gather(&self, members: &[Member]) -> [[f32; PADDED]; 9] {
         let mut rows = [[0.0; PADDED]; 9];
         for lane in 0..PADDED {
             let ray = members[lane.min(members.len() - 1)];

@@ -4,38 +4,40 @@
 use super::control::CONTROL;
 use crate::airlight::ToLight;
 use crate::num::{Lanes, Num};
-use crate::phase::Phase;
+use crate::phase::PhaseFunction;
 use crate::quadrature::gauss_legendre;
 use crate::vector::V3;
 use fearless_simd::Simd;
 use std::sync::LazyLock;
 
 /// A field on a patch: coefficients of quadratics, those that the eight rays' values determine.
-pub type Surface = [f32; CONTROL];
+pub type Quadratic = [f32; CONTROL];
 
 /// Nodes of a tail, and terms of the polynomials along it.
 pub const TAIL: usize = 4;
 
-/// What lies before the first end of a layer's rays.
+/// A section of what lies before the first end of a layer's rays.
 pub struct Head {
+    /// The place of the share 0 [m].
+    pub begin: Quadratic,
+    /// What a share of 1 is long [m].
+    pub range: Quadratic,
     /// The nodes of its rule.
     pub nodes: Vec<Node>,
     /// T at the last of them.
-    pub depth: Surface,
+    pub depth: Quadratic,
 }
 
 /// One node of a rule.
 pub struct Node {
-    /// Ray parameter [m].
-    pub t: f32,
+    /// Where on the section, as a share.
+    pub share: f32,
     /// ln(w β) − T, w the node's weight [m].
-    pub log: Surface,
-    /// ln w.
-    pub log_weight: f32,
+    pub log: Quadratic,
     /// Its largest value on the eight rays: quadratics may overshoot.
     pub most: f32,
     /// T(x, s)/d [1/m].
-    pub mean: Surface,
+    pub mean: Quadratic,
 }
 
 /// What lies between the first and the last end: polynomials in (t − from)/range.
@@ -45,17 +47,17 @@ pub struct Tail {
     /// How long it is [m].
     pub range: f32,
     /// ln β − T.
-    pub log: [Surface; TAIL],
+    pub log: [Quadratic; TAIL],
     /// Its largest value.
     pub most: f32,
     /// T(x, s)/d [1/m].
-    pub mean: [Surface; TAIL],
+    pub mean: [Quadratic; TAIL],
     /// T.
-    pub depth: [Surface; TAIL],
+    pub depth: [Quadratic; TAIL],
 }
 
 /// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
-pub fn surface([a, b, c, d, top, bottom, left, right]: [f32; CONTROL]) -> Surface {
+pub fn quadratic([a, b, c, d, top, bottom, left, right]: [f32; CONTROL]) -> Quadratic {
     // Half sums and differences along the sides.
     let (upper, lower) = (0.5 * (a + b), 0.5 * (c + d));
     let (upper_x, lower_x) = (0.5 * (b - a), 0.5 * (d - c));
@@ -73,12 +75,12 @@ pub fn surface([a, b, c, d, top, bottom, left, right]: [f32; CONTROL]) -> Surfac
 }
 
 /// A field at a place of the square [−1, 1]².
-pub fn at(field: &Surface, x: f32, y: f32) -> f32 {
+pub fn at(field: &Quadratic, x: f32, y: f32) -> f32 {
     let [one, a, b, c, d, e, f, g] = field;
     one + a * x + b * y + c * x * x + d * x * y + e * y * y + f * x * x * y + g * x * y * y
 }
 
-/// The terms of a [`Surface`] at a pixel.
+/// The terms of a [`Quadratic`] at a pixel.
 #[derive(Clone, Copy)]
 pub struct Terms<S: Simd> {
     x: Lanes<S>,
@@ -99,7 +101,7 @@ impl<S: Simd> Terms<S> {
     }
 
     #[inline(always)]
-    fn value(&self, simd: S, field: &Surface) -> Lanes<S> {
+    fn value(&self, simd: S, field: &Quadratic) -> Lanes<S> {
         let even = self.xx.mul_add(Lanes::splat(simd, field[3]), Lanes::splat(simd, field[0]));
         let even = self.yy.mul_add(Lanes::splat(simd, field[5]), even);
         let even = self.xy.mul_add(Lanes::splat(simd, field[4]), even);
@@ -115,20 +117,20 @@ impl<S: Simd> Terms<S> {
 pub struct Light<S: Simd> {
     closest: Lanes<S>,
     miss2: Lanes<S>,
-    phase: Phase,
+    phase: PhaseFunction,
 }
 
 impl<S: Simd> Light<S> {
     /// From the light's place relative to the rays' starts, and their directions.
     #[inline(always)]
-    pub fn new(phase: Phase, light: V3<Lanes<S>>, direction: V3<Lanes<S>>) -> Self {
+    pub fn new(phase: PhaseFunction, light: V3<Lanes<S>>, direction: V3<Lanes<S>>) -> Self {
         let ToLight { closest, miss } = ToLight::new(light, direction);
         Self { closest, miss2: miss.squared(), phase }
     }
 
     /// The same light before one ray.
     #[inline(always)]
-    pub fn of(simd: S, phase: Phase, &ToLight { closest, miss }: &ToLight<f64>) -> Self {
+    pub fn of(simd: S, phase: PhaseFunction, &ToLight { closest, miss }: &ToLight<f64>) -> Self {
         let splat = |value: f64| Lanes::splat(simd, value as f32);
         Self { closest: splat(closest), miss2: splat(miss).squared(), phase }
     }
@@ -156,7 +158,7 @@ impl<S: Simd> Light<S> {
         let distance = distance2.sqrt();
         let falling = (log - mean.max(zero) * distance).exp() / distance2;
         if self.phase.is_isotropic() {
-            return falling * aside.lit(Phase::ISOTROPIC.value(0.0));
+            return falling * aside.lit(PhaseFunction::ISOTROPIC.value(0.0));
         }
         falling * self.phase.value(-aside / distance)
     }
@@ -165,11 +167,14 @@ impl<S: Simd> Light<S> {
 /// Airlight of a head per unit of ω·I₀.
 #[inline(always)]
 pub fn head<S: Simd>(simd: S, head: &Head, terms: &Terms<S>, light: &Light<S>) -> Lanes<S> {
+    let begin = terms.value(simd, &head.begin) - light.closest;
+    let range = terms.value(simd, &head.range);
     let mut sum = Lanes::splat(simd, 0.0);
     for node in &head.nodes {
         let log = terms.value(simd, &node.log).min(Lanes::splat(simd, node.most));
         let mean = terms.value(simd, &node.mean);
-        sum += light.scattered(Lanes::splat(simd, node.t), log, mean);
+        let aside = range.mul_add(Lanes::splat(simd, node.share), begin);
+        sum += light.scattered_aside(aside, log, mean);
     }
     sum
 }
@@ -179,7 +184,7 @@ struct Cubic<S: Simd>(Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>);
 
 impl<S: Simd> Cubic<S> {
     #[inline(always)]
-    fn new(simd: S, terms: &Terms<S>, field: &[Surface; TAIL]) -> Self {
+    fn new(simd: S, terms: &Terms<S>, field: &[Quadratic; TAIL]) -> Self {
         Self(
             terms.value(simd, &field[0]),
             terms.value(simd, &field[1]),
@@ -198,7 +203,7 @@ impl<S: Simd> Cubic<S> {
 #[inline(always)]
 pub fn depth<S: Simd>(
     simd: S,
-    depth: &[Surface; TAIL],
+    depth: &[Quadratic; TAIL],
     terms: &Terms<S>,
     (from, range): (f32, f32),
     t: Lanes<S>,

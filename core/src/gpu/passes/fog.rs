@@ -27,7 +27,7 @@ impl Recorder<'_> {
 
     /// The blobs.
     pub fn blobs(&mut self) -> Result<(), Failure> {
-        if self.context.field.blobs.is_empty() {
+        if self.context.field.lumps() == 0 {
             return Ok(());
         }
         let is_lit = self.context.method == Method::Fogshop2007 && self.context.shows_airlight();
@@ -55,7 +55,7 @@ impl Recorder<'_> {
             timestamp_writes: self.timer.render("blobs"),
             ..Default::default()
         });
-        let count = self.context.field.blobs.len() as u32;
+        let count = self.context.field.lumps() as u32;
         draw(&mut pass, &pipeline, &bind, (4, count));
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What lies between lights and surfaces, and the light that surfaces send on.
 
 use super::COVER;
-use crate::cpu::viewpoint::Grid;
+use crate::frame::viewpoint::Grid;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
@@ -21,7 +21,7 @@ impl Recorder<'_> {
     /// Light from the surfaces, a few lamps at a time.
     pub fn surface_radiance(&mut self) -> Result<(), Failure> {
         let lamps = self.context.lamps.len() as u32;
-        if self.context.field.blobs.is_empty() || lamps == 0 {
+        if self.context.field.lumps() == 0 || lamps == 0 {
             return self.reflect(&[], 0..lamps);
         }
         let pixels = (self.context.grid.width * self.context.grid.height) as u64;

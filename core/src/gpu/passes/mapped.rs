@@ -60,7 +60,7 @@ impl Recorder<'_> {
             let table = match table.as_ref() {
                 Some(values) => {
                     let make = || Table::new(&self.gpu.device, values);
-                    Some(self.gpu.tables.get(&Same::new(table), self.context.progress, make)?)
+                    Some(self.gpu.tables.get(&Same::new(table), self.context.job.progress, make)?)
                 }
                 None => None,
             };

@@ -1,7 +1,7 @@
 //! What a layer shows, and its way back: as numbers, or for a screen.
 
 use super::COVER;
-use crate::cpu::frame::Context;
+use crate::frame::context::Context;
 use crate::gpu::compose::{Pass, of_layer, of_tonemap};
 use crate::gpu::device::{Failure, Texture};
 use crate::gpu::frame::{Picture, Recorder, all, attachment, clearing, draw, texture};

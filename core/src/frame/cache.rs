@@ -2,15 +2,15 @@
 //! is found by all that it depends on: surfaces and fog by value, once a frame, and what is made from
 //! them by their address.
 
-use super::batch::Hits;
-use super::mapped::{Fineness, LightTable};
+use super::light_table::{Fineness, LightTable};
 use super::viewpoint::Grid;
 use crate::airlight::fogshop2007::{CenterDepths, Eye};
-use crate::geometry::Geometry;
+use crate::geometry::batch::Hits;
 use crate::kept::{Kept, Most, Same};
-use crate::media::Field;
+use crate::media::{Field, Term};
 use crate::progress::{Interrupted, Progress};
-use crate::scene::{Blob, Camera, CheckedScene, Shape, Surface, Term, Vec3};
+use crate::scene::{Blob, Camera, CheckedScene, Shape, Surface, Vec3};
+use crate::shapes::Geometry;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -92,7 +92,7 @@ impl Cache {
         scene: &CheckedScene,
         progress: &Progress,
     ) -> Result<Arc<Field>, Interrupted> {
-        self.field.get(scene.fog.terms.as_slice(), progress, || Ok(Field::new(&scene.fog)))
+        self.field.get(scene.fog.terms.as_slice(), progress, || Ok(Field::new(&scene.fog.terms)))
     }
 
     /// First hits of all pixel centres, which no change of fog or lights moves.
@@ -176,9 +176,5 @@ fn bytes_of_surface(surface: &Surface) -> usize {
 
 /// Near enough.
 fn bytes_of_term(term: &Term) -> usize {
-    let blobs = match term {
-        Term::Homogeneous(_) => 0,
-        Term::Gaussians(term) => term.blobs.len(),
-    };
-    size_of::<Term>() + blobs * size_of::<Blob>()
+    size_of::<Term>() + term.blobs() * size_of::<Blob>()
 }

@@ -1,7 +1,7 @@
 //! The camera as rays: pixel (i, j) looks through its centre, row 0 at the top.
 
-use super::batch::{Rays, SIZE, TILE};
 use crate::airlight::fogshop2007::Eye;
+use crate::geometry::batch::{Rays, SIZE, TILE};
 use crate::scene::{Camera, Projection};
 use glam::{DVec2, DVec3, Vec3};
 

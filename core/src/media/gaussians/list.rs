@@ -1,15 +1,17 @@
-//! Which blobs matter to a bundle of rays.
+//! Which blobs matter to a bundle of rays, and their depth along each.
 //!
 //! A list holds the fewest blobs such that those left out together weigh less than
 //! [`PICTURE_LOSS`] on any ray of the bundle, or [`RELATIVE_LOSS`] of what any ray gathers.
 
-use super::batch::{Row, Rows, SIZE, load3};
-use super::cone::{Cone, ROUNDING};
+use super::lanes::PatchBlobs;
+use super::{Blobs, Gaussian, HALF_SQRT_PI, Seen};
+use crate::geometry::batch::{Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
-use crate::media::gaussians::{Gaussian, HALF_SQRT_PI, Seen};
-use crate::media::{Field, PICTURE_LOSS, RELATIVE_LOSS};
+use crate::geometry::cone::{Cone, ROUNDING};
+use crate::media::{Near, PICTURE_LOSS, Patched, Purpose, RELATIVE_LOSS, Search};
 use crate::num::{Lanes, Num};
-use crate::progress::Progress;
+use crate::progress::{Job, Progress};
+use crate::vector::V3;
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 use glam::DVec3;
 
@@ -19,17 +21,6 @@ const WHOLE: f64 = 3.75;
 /// Half depth from which on the tails of erf are formed with care: below it the plain difference is
 /// off by less than 1e-6 of optical depth.
 pub const DENSE: f32 = 0.25;
-
-/// What a list is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// Optical depth: what is lost may grow with a ray's own.
-    Depth,
-    /// Airlight too: it comes from where the ray begins, however thick the fog behind may be.
-    Airlight,
-    /// Fields that airlight is integrated over: where fog is thin, its share counts.
-    Nodes,
-}
 
 /// Half depth from which on a blob is opaque.
 const OPAQUE: f32 = 8.0;
@@ -51,7 +42,7 @@ pub struct Packed {
 }
 
 /// The blobs that matter to a bundle of rays.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct BlobList {
     /// Those that some ray may start or end in.
     pub cut: Vec<Packed>,
@@ -79,27 +70,15 @@ struct Candidate {
 const CLASSES: usize = 64;
 
 impl BlobList {
-    /// The blobs that matter to the rays of `bundle`, which are at least `shortest` long [m].
-    pub fn new(
-        level: Level,
-        field: &Field,
-        bundle: &Bundle,
-        shortest: f64,
-        purpose: Purpose,
-    ) -> Self {
+    /// Those that matter to what is looked for.
+    pub fn new(level: Level, blobs: &Blobs, search: &Search) -> Self {
+        let Search { ref bundle, shortest_m, purpose, mut sure } = *search;
         let mut near = Vec::new();
-        field.picture_tree().visit(bundle, |place| near.push(place as u32));
+        blobs.picture_tree().visit(bundle, |place| near.push(place as u32));
         let mut weighed = Vec::with_capacity(near.len());
-        // Airlight comes from around the blobs and the lamps: there homogeneous fog makes up for what
-        // is left out, not along the rest of a long ray.
-        let along = match purpose {
-            Purpose::Nodes => shortest.min(field.picture_tree().farthest(bundle.origin)),
-            Purpose::Depth | Purpose::Airlight => shortest,
-        };
-        let mut sure = field.homogeneous.beta * along;
         for places in near.chunks(SIZE) {
-            let group = Group::gather(field, bundle.origin, places);
-            let (bounds, least) = dispatch!(level, simd => group.weigh(simd, bundle, shortest));
+            let group = Group::gather(blobs.all(), bundle.origin, places);
+            let (bounds, least) = dispatch!(level, simd => group.weigh(simd, bundle, shortest_m));
             sure += f64::from(least);
             weighed.extend(places.iter().zip(bounds).filter_map(candidate));
         }
@@ -111,7 +90,7 @@ impl BlobList {
                 PICTURE_LOSS.min(1e-4 * all).max(RELATIVE_LOSS * sure)
             }
         };
-        Self::keep(field, bundle.origin, &weighed, loss)
+        Self::keep(blobs.all(), bundle.origin, &weighed, loss)
     }
 
     /// Has all blobs summed up, each for so many lights; in parts where they are so many that the job
@@ -134,12 +113,12 @@ impl BlobList {
     }
 
     /// All but the candidates that together stay within `loss`.
-    fn keep(field: &Field, origin: DVec3, candidates: &[Candidate], loss: f64) -> Self {
+    fn keep(blobs: &[Gaussian], origin: DVec3, candidates: &[Candidate], loss: f64) -> Self {
         let threshold = threshold(candidates, loss);
         let mut list = Self::default();
         for candidate in candidates.iter().filter(|c| class(c.most, loss) >= threshold) {
             let place = candidate.place as usize;
-            let blob = &field.blobs[place];
+            let blob = &blobs[place];
             let packed = pack(blob, candidate.place, origin);
             if packed.k > OPAQUE {
                 list.opaque.push((place, blob.seen_from(origin)));
@@ -170,10 +149,10 @@ struct Group {
 }
 
 impl Group {
-    fn gather(field: &Field, origin: DVec3, places: &[u32]) -> Self {
+    fn gather(blobs: &[Gaussian], origin: DVec3, places: &[u32]) -> Self {
         let (mut to, mut a, mut c) = ([[0.0; SIZE]; 3], [1.0; SIZE], [0.0; SIZE]);
         for (at, place) in places.iter().enumerate() {
-            let blob = &field.blobs[*place as usize];
+            let blob = &blobs[*place as usize];
             let center = (blob.center - origin).as_vec3();
             [to[0][at], to[1][at], to[2][at]] = center.to_array();
             (a[at], c[at]) = (blob.a as f32, blob.c as f32);
@@ -237,4 +216,99 @@ fn threshold(candidates: &[Candidate], loss: f64) -> usize {
         dropped <= loss
     };
     sums.iter().take_while(fits).count()
+}
+
+impl Near for BlobList {
+    fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
+        self.in_parts(1, job.progress, |list| {
+            dispatch!(job.level, simd => if parallel {
+                add_depth::<_, true>(simd, list, rays, length, depth);
+            } else {
+                add_depth::<_, false>(simd, list, rays, length, depth);
+            });
+        });
+    }
+
+    fn patched(&self) -> Box<dyn Patched> {
+        Box::new(PatchBlobs::new(self))
+    }
+}
+
+impl Packed {
+    /// The blob relative to rays that start at `offset`.
+    #[inline(always)]
+    pub fn seen<S: Simd, const PARALLEL: bool>(
+        &self,
+        simd: S,
+        offset: V3<Lanes<S>>,
+    ) -> Seen<Lanes<S>> {
+        let (a, b) = (Lanes::splat(simd, self.a), V3::splat(simd, self.b));
+        let b = if PARALLEL { b - offset.scale(a) } else { b };
+        Seen { b, a, k: Lanes::splat(simd, self.k) }
+    }
+}
+
+/// Adds the blobs' depth along every ray. Rays start at the list's origin, or at offsets from it
+/// if `PARALLEL`.
+#[inline(always)]
+pub fn add_depth<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    list: &BlobList,
+    rays: &Rays,
+    length: &Row,
+    depth: &mut Row,
+) {
+    for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
+        let direction = load3(simd, &rays.direction, at);
+        let offset = load3(simd, &rays.offset, at);
+        let length = Lanes::load(simd, &length[at..]);
+        let mut sum = Lanes::load(simd, &depth[at..]);
+        for blob in &list.cut {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).plain_depth(direction, length);
+        }
+        for blob in &list.dense {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).optical_depth(direction, length);
+        }
+        for blob in &list.whole {
+            sum += blob.seen::<S, PARALLEL>(simd, offset).whole_depth(direction);
+        }
+        not_negative(sum).store(&mut depth[at..]);
+    }
+    for (_, blob) in &list.opaque {
+        for (at, depth) in depth[..rays.count].iter_mut().enumerate() {
+            let ray = ExactRay::new(rays, length, at);
+            *depth += ray.blob(blob).optical_depth(ray.direction, ray.length) as f32;
+        }
+    }
+}
+
+/// A sum of optical depths: the difference of two f32 erf may fall below 0 by rounding, fog never.
+#[inline(always)]
+pub fn not_negative<S: Simd>(depth: Lanes<S>) -> Lanes<S> {
+    depth.max(depth.lit(0.0))
+}
+
+/// One ray of a batch in f64.
+pub struct ExactRay {
+    /// Where it starts, relative to the list's origin [m].
+    pub offset: V3<f64>,
+    /// Unit direction.
+    pub direction: V3<f64>,
+    /// Where it ends [m].
+    pub length: f64,
+}
+
+impl ExactRay {
+    /// The one at a place of its batch.
+    pub fn new(rays: &Rays, length: &Row, at: usize) -> Self {
+        let direction = get3(&rays.direction, at).as_dvec3().normalize();
+        let offset = get3(&rays.offset, at).as_dvec3();
+        let length = f64::from(length[at]);
+        Self { offset: offset.into(), direction: direction.into(), length }
+    }
+
+    /// The blob relative to the ray's start.
+    pub fn blob(&self, blob: &Seen<f64>) -> Seen<f64> {
+        Seen { b: blob.b - self.offset.scale(blob.a), ..*blob }
+    }
 }

@@ -7,8 +7,9 @@
 //! Valid for any radius and extinction of the scene's limits. Lengths in metres; inside [`Line`]
 //! they are in units of the blob's radius 1/a.
 
+use super::Blob;
+use crate::geometry::Ray;
 use crate::num::Num;
-use crate::scene;
 use crate::vector::V3;
 use glam::DVec3;
 
@@ -26,8 +27,8 @@ pub struct Gaussian {
     pub c: f64,
 }
 
-impl From<&scene::Blob> for Gaussian {
-    fn from(blob: &scene::Blob) -> Self {
+impl From<&Blob> for Gaussian {
+    fn from(blob: &Blob) -> Self {
         Self { center: blob.center.vector(), a: 1.0 / blob.radius, c: blob.extinction }
     }
 }
@@ -43,20 +44,21 @@ impl Gaussian {
         self.c * HALF_SQRT_PI / self.a
     }
 
-    /// T along a ray from `origin` in the unit `direction` up to `length` [m].
-    pub fn optical_depth(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
-        self.seen_from(origin).optical_depth(direction.into(), length)
+    /// T along a ray of that length [m].
+    pub fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
+        self.seen_from(ray.origin).optical_depth(ray.direction.into(), length_m)
     }
 
     /// The same, at once 0 where the ray passes so far aside that it gathers less than rounding.
-    pub fn optical_depth_if_near(&self, origin: DVec3, direction: DVec3, length: f64) -> f64 {
+    pub fn depth_if_near(&self, ray: &Ray, length_m: f64) -> f64 {
+        /// In radii, squared: e⁻⁴⁵ is 3e-20.
         const FAR2: f64 = 45.0;
-        let seen = self.seen_from(origin);
-        let direction = V3::from(direction);
+        let seen = self.seen_from(ray.origin);
+        let direction = V3::from(ray.direction);
         if seen.b.cross(direction).length_squared() > FAR2 {
             return 0.0;
         }
-        seen.optical_depth(direction, length)
+        seen.optical_depth(direction, length_m)
     }
 
     /// The blob relative to an origin.

@@ -92,7 +92,7 @@ macro_rules! tagged {
             $($(#[$vdoc])* #[serde(rename = $kind)] $variant($variant),)+
         }
 
-        impl $crate::scene::tagged::Tagged for $name {
+        impl $crate::json::tagged::Tagged for $name {
             const KINDS: &'static [&'static str] = &[$($kind),+];
 
             fn read<'de, D: serde::Deserializer<'de>>(
@@ -109,7 +109,7 @@ macro_rules! tagged {
 
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: serde::Deserializer<'de>>(input: D) -> Result<Self, D::Error> {
-                $crate::scene::tagged::deserialize(input)
+                $crate::json::tagged::deserialize(input)
             }
         }
     };

@@ -151,9 +151,9 @@ fn nearest([near, far]: [f64; 2]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::Geometry;
     use crate::progress::Progress;
     use crate::scene::{Scene, read};
+    use crate::shapes::Geometry;
     use glam::DVec3;
 
     fn geometry(surfaces: &str) -> Geometry {

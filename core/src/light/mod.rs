@@ -1,8 +1,8 @@
 //! What shines.
 
-use super::limits;
-use super::tagged::tagged;
-use super::values::{Rgb, Vec3};
+use crate::json::limits;
+use crate::json::tagged::tagged;
+use crate::json::{Rgb, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

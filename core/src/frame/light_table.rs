@@ -6,16 +6,11 @@
 //! those of a cube's six faces; a light far from them sees them through one window. A face is one
 //! sample wider on each side, so that no cubic reaches over an edge.
 
-use super::control::{self, Control, Each, PADDED};
-use super::crossings::Crossings;
-use crate::airlight::ENDS;
-use crate::cpu::blobs::{BlobList, Purpose};
-use crate::cpu::frame::Context;
-use crate::cpu::kernels::splat3;
 use crate::geometry::bundle::Bundle;
-use crate::media::Field;
+use crate::geometry::control::{Control, Each, PADDED};
+use crate::media::{Field, Outline, Purpose};
 use crate::num::{Lanes, Num};
-use crate::progress::Interrupted;
+use crate::progress::{Interrupted, Job};
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdFloat};
 use glam::DVec3;
@@ -28,16 +23,14 @@ const MOST: usize = 2 << 20;
 const MOST_TOGETHER: usize = 32 << 20;
 /// Most shells around a light, and behind a window.
 const MOST_SHELLS: [usize; 2] = [112, 160];
-/// What cubics between samples may miss of a blob's half depth, in optical depth.
-const ERROR: f64 = 8e-3;
 /// Directions that are summed up together: a square of them.
 const GROUP: usize = 8;
 /// Blobs at samples along directions side by side that take a few hundredths of a second.
-const BLOBS_A_LOOK: usize = 1 << 20;
+const LUMPS_A_LOOK: usize = 1 << 20;
 
 /// Whether looking T up in tables is cheaper than adding it up.
 pub fn pay(field: &Field) -> bool {
-    field.blobs.len() >= FEWEST_BLOBS
+    field.lumps() >= FEWEST_BLOBS
 }
 
 /// How many samples a table may have.
@@ -79,12 +72,8 @@ struct Window {
 
 impl Window {
     /// `None` if the light is among the blobs or close to them.
-    fn new(field: &Field, light: DVec3) -> Option<Self> {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for blob in &field.blobs {
-            let reach = DVec3::splat(ENDS / blob.a);
-            (min, max) = (min.min(blob.center - reach), max.max(blob.center + reach));
-        }
+    fn new(outline: &Outline, light: DVec3) -> Option<Self> {
+        let Outline { min, max, .. } = *outline;
         let (middle, radius) = (0.5 * (min + max), 0.5 * min.distance(max));
         let distance = middle.distance(light);
         let tangent = radius / (distance * distance - radius * radius).max(0.0).sqrt();
@@ -104,18 +93,8 @@ struct Extent {
 impl Extent {
     /// For faces of that reach and at most so many samples along their sides; `None` if the blobs
     /// are too small for them.
-    fn new(field: &Field, light: DVec3, reach: f64, most: usize) -> Option<Self> {
-        let (mut near, mut far) = (f64::INFINITY, 0.0f64);
-        let mut spacings = Vec::with_capacity(field.blobs.len());
-        for blob in &field.blobs {
-            let distance = blob.center.distance(light);
-            let radius = 1.0 / blob.a;
-            // The fourth derivative of a Gaussian, met by the error of cubics.
-            let sharp = (ERROR / (0.28 * blob.half_depth())).powf(0.25).min(1.5);
-            spacings.push(sharp * radius / distance.max(radius));
-            near = near.min(radius.max(distance - ENDS * radius));
-            far = far.max(distance + ENDS * radius);
-        }
+    fn new(outline: Outline, reach: f64, most: usize) -> Option<Self> {
+        let Outline { near, far, mut spacings, .. } = outline;
         spacings.sort_unstable_by(f64::total_cmp);
         let finest = 2.0 * reach / most as f64;
         // A few blobs that are finer than the rest do not decide: they are far away, or thin.
@@ -131,23 +110,25 @@ impl LightTable {
     /// # Errors
     /// [`Interrupted`] when the job's progress says so.
     pub fn new(
-        context: &Context,
+        job: &Job,
+        field: &Field,
         light: DVec3,
         fineness: Fineness,
     ) -> Result<Option<Self>, Interrupted> {
-        let Some(mut table) = Self::empty(context.field, light, fineness) else { return Ok(None) };
-        table.fill(context, light)?;
+        let Some(mut table) = Self::empty(field, light, fineness) else { return Ok(None) };
+        table.fill(job, field, light)?;
         Ok(Some(table))
     }
 
     /// A table without its values.
     fn empty(field: &Field, light: DVec3, Fineness(samples): Fineness) -> Option<Self> {
-        let window = Window::new(field, light);
+        let outline = field.outline(light);
+        let window = Window::new(&outline, light);
         let (faces, most_shells) =
             if window.is_some() { (1, MOST_SHELLS[1]) } else { (6, MOST_SHELLS[0]) };
         let reach = window.map_or(1.0, |window| window.reach);
         let most = ((samples / most_shells / faces) as f64).sqrt() as usize;
-        let extent = Extent::new(field, light, reach, most.saturating_sub(3))?;
+        let extent = Extent::new(outline, reach, most.saturating_sub(3))?;
         let side = (2.0 * reach / extent.spacing).ceil() as usize + 1;
         // A light among the fog meets its mean extinction from the first step on.
         let near = if window.is_some() { extent.near } else { 0.2 * extent.near };
@@ -166,7 +147,7 @@ impl LightTable {
         })
     }
 
-    fn fill(&mut self, context: &Context, light: DVec3) -> Result<(), Interrupted> {
+    fn fill(&mut self, job: &Job, field: &Field, light: DVec3) -> Result<(), Interrupted> {
         let (wide, shells) = (self.side + 2, self.shells);
         let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
@@ -180,7 +161,8 @@ impl LightTable {
             for column in (0..wide).step_by(GROUP) {
                 let place = |i: usize| self.direction(face, row + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
-                for (i, shells_of) in group(context, light, &square, &t)?.into_iter().enumerate() {
+                for (i, shells_of) in group(job, field, light, &square, &t)?.into_iter().enumerate()
+                {
                     let (y, x) = (i / GROUP, column + i % GROUP);
                     let at = (y * wide + x) * shells;
                     if x < wide && at < part.len() {
@@ -280,7 +262,7 @@ impl LightTable {
         let least = distance.lit(f64::from(f32::MIN_POSITIVE));
         if let Some(Window { axes, reach }) = self.window {
             let [across, down, toward] =
-                axes.map(|axis| way.dot(splat3(simd, axis.as_vec3().to_array())));
+                axes.map(|axis| way.dot(V3::splat(simd, axis.as_vec3().to_array())));
             let scale = one / (toward * one.lit(reach)).max(least);
             let (u, v) = (across * scale, down * scale);
             let seen = Lanes::select(zero.lt(toward), one, zero);
@@ -351,30 +333,29 @@ fn cubic<N: Num>(x: N) -> [N; 4] {
     ]
 }
 
-/// T/d at every shell, for each direction of a group.
+/// T/d of the lumps at every shell, for each direction of a group.
 fn group(
-    context: &Context,
+    job: &Job,
+    field: &Field,
     light: DVec3,
     square: &[DVec3],
     t: &[Each],
 ) -> Result<Vec<Vec<f32>>, Interrupted> {
-    let field = context.field;
     let longest = f64::from(t[t.len() - 1][0]);
     let rays: Vec<_> = square.iter().map(|direction| (light, *direction)).collect();
     let around = Bundle::around(&rays, longest);
     let bundle = around.unwrap_or(Bundle::all_around(light, longest));
-    let list = BlobList::new(context.level, field, &bundle, 0.0, Purpose::Nodes);
-    let blobs = control::unpack(&list);
+    let lumps = field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched();
     let mut all = Vec::with_capacity(square.len());
-    let rows = (BLOBS_A_LOOK / blobs.len().max(1)).max(1);
+    let rows = (LUMPS_A_LOOK / lumps.terms().max(1)).max(1);
     for rays in square.chunks(PADDED) {
-        context.progress.check()?;
-        let control = Control::from_directions(rays);
-        let crossings = Crossings::from_origin(context, &control, &blobs);
+        job.progress.check()?;
+        let control = Control::new(|c| (DVec3::ZERO, rays[c % rays.len()]));
+        let lumps = lumps.on_rays(job.level, &control, false, 0.0);
         let mut depth = Vec::with_capacity(t.len());
         for t in t.chunks(rows) {
-            context.progress.check()?;
-            depth.extend(crossings.profile(context, t).depth);
+            job.progress.check()?;
+            depth.extend(lumps.fields(job.level, t)[1].iter().copied());
         }
         for c in 0..rays.len() {
             all.push(depth.iter().zip(t).map(|(depth, t)| depth[c] / t[c]).collect());

@@ -2,15 +2,12 @@
 //! from the start of the paths, and neighbours share one list of the blobs in their way. Where
 //! blobs are local the work grows with n log n, not n².
 
-use super::batch::{Rays, SIZE};
-use super::blobs::{BlobList, Purpose};
-use super::frame::Context;
-use super::kernels::add_depth;
-use crate::airlight::fogshop2007::depth_to_center;
+use super::{blobs, depth_to_center};
+use crate::geometry::Ray;
+use crate::geometry::batch::{Rays, SIZE};
 use crate::geometry::bundle::Bundle;
-use crate::media::toward;
-use crate::progress::Interrupted;
-use fearless_simd::dispatch;
+use crate::media::{Field, Medium as _, Purpose};
+use crate::progress::{Interrupted, Job};
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use rayon::prelude::*;
 
@@ -25,33 +22,34 @@ const DENSE: f64 = 100.0;
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
 pub fn depths(
-    context: &Context,
+    job: &Job,
+    field: &Field,
     start: impl Fn(DVec3) -> DVec3 + Sync,
 ) -> Result<Vec<f64>, Interrupted> {
-    let blobs = &context.field.blobs;
+    let blobs = blobs(field);
     let path = |i: &usize| {
         let from = start(blobs[*i].center);
-        let (direction, length) = toward(from, blobs[*i].center);
-        (from, direction, length)
+        let (ray, length) = Ray::between(from, blobs[*i].center);
+        (from, ray.direction, length)
     };
     let mut order: Vec<usize> = (0..blobs.len()).collect();
     order.sort_by_cached_key(|i| curve_key(path(i).1, path(i).0));
     let groups = order.par_chunks(GROUP).map(|group| {
-        context.progress.check()?;
+        job.progress.check()?;
         let paths: Vec<_> = group.iter().map(path).collect();
-        let mut depths = group_depths(context, &paths);
+        let mut depths = group_depths(job, field, &paths);
         for (i, depth) in group.iter().zip(&mut depths) {
             // A dense blob's own part is taken out again in f64 (Fogshop 12): f32 would leave 2e-6 of it.
             if blobs[*i].half_depth() > DENSE {
-                context.progress.check()?;
+                job.progress.check()?;
                 let center = blobs[*i].center;
-                *depth = depth_to_center(context.field, start(center), center);
+                *depth = depth_to_center(field, start(center), center);
             }
         }
         Ok(depths)
     });
     let groups = groups.collect::<Result<Vec<_>, Interrupted>>()?;
-    context.progress.check()?;
+    job.progress.check()?;
     let mut depths = vec![0.0; blobs.len()];
     for (i, depth) in order.into_iter().zip(groups.into_iter().flatten()) {
         depths[i] = depth;
@@ -59,20 +57,22 @@ pub fn depths(
     Ok(depths)
 }
 
-fn group_depths(context: &Context, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
+fn group_depths(job: &Job, field: &Field, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
     let rays: Vec<_> = paths.iter().map(|p| (p.0, p.1)).collect();
     let longest = paths.iter().map(|p| p.2).fold(0.0, f64::max);
     let shortest = paths.iter().map(|p| p.2).fold(f64::INFINITY, f64::min);
     let Some(bundle) = Bundle::around(&rays, longest) else {
         return match paths {
-            [path] => vec![depth_to_center(context.field, path.0, path.0 + path.2 * path.1)],
+            [path] => vec![depth_to_center(field, path.0, path.0 + path.2 * path.1)],
             _ => {
                 let (a, b) = paths.split_at(paths.len() / 2);
-                [group_depths(context, a), group_depths(context, b)].concat()
+                [group_depths(job, field, a), group_depths(job, field, b)].concat()
             }
         };
     };
-    let list = BlobList::new(context.level, context.field, &bundle, shortest, Purpose::Depth);
+    let gaussians = &field.media().gaussians;
+    let search = field.search_for(gaussians, bundle, shortest, Purpose::Depth);
+    let list = gaussians.near(job.level, &search);
     let mut batch = Rays::empty();
     let mut length = [0.0; SIZE];
     for (at, (from, direction, distance)) in paths.iter().enumerate() {
@@ -85,11 +85,7 @@ fn group_depths(context: &Context, paths: &[(DVec3, DVec3, f64)]) -> Vec<f64> {
     }
     batch.count = paths.len();
     let mut depth = [0.0; SIZE];
-    list.in_parts(1, context.progress, |list| {
-        dispatch!(context.level, simd => {
-            add_depth::<_, true>(simd, list, &batch, &length, &mut depth);
-        });
-    });
+    list.add_depth(job, &batch, true, &length, &mut depth);
     depth[..paths.len()].iter().map(|d| f64::from(*d)).collect()
 }
 

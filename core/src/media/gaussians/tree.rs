@@ -1,6 +1,6 @@
 //! A bounding volume hierarchy over blobs: which of them matter to a bundle of rays.
 
-use super::gaussians::Gaussian;
+use super::Gaussian;
 use crate::geometry::bundle::Bundle;
 use crate::geometry::hierarchy::{Bounds, Hierarchy};
 use crate::progress::Progress;

@@ -92,6 +92,11 @@ impl Hits {
         Self { length: [far_m; SIZE], normal: [[0.0; SIZE]; 3], surface: [NOTHING; SIZE] }
     }
 
+    /// Whether a ray meets no surface.
+    pub fn sees_nothing(&self, at: usize) -> bool {
+        self.surface[at] == NOTHING
+    }
+
     /// Copies where one ray of another batch ends.
     pub fn copy(&mut self, at: usize, from: &Self, place: usize) {
         self.length[at] = from.length[place];
@@ -130,4 +135,13 @@ pub fn load3<S: Simd, const N: usize>(simd: S, rows: &[[f32; N]; 3], at: usize) 
 /// One vector of three rows.
 pub fn get3(rows: &Rows, at: usize) -> Vec3 {
     Vec3::new(rows[0][at], rows[1][at], rows[2][at])
+}
+
+/// Rays and where they end.
+#[derive(Clone, Copy)]
+pub struct Ends<'a> {
+    /// The rays.
+    pub rays: &'a Rays,
+    /// Their first hits.
+    pub hits: &'a Hits,
 }

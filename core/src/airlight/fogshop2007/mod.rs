@@ -14,15 +14,37 @@
 //! Against the exact integral the approximation is off by 5–30 % at the median, and by several
 //! times next to a light close to a blob.
 
+mod centers;
+mod lanes;
+
+pub use centers::depths;
+pub use lanes::{LightRow, add_airlight};
+
 use super::{least_distance, sun2005};
+use crate::geometry::Ray;
 use crate::media::gaussians::{Gaussian, Seen};
-use crate::media::{Field, toward};
+use crate::media::{Field, Term};
 use crate::num::Num;
 use crate::progress::{Interrupted, Progress};
 use crate::vector::V3;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Whether it takes a term.
+pub fn takes(term: &Term) -> bool {
+    matches!(term, Term::Homogeneous(_) | Term::Gaussians(_))
+}
+
+/// The blobs of a fog that this method takes.
+pub fn blobs(field: &Field) -> &[Gaussian] {
+    field.media().gaussians.all()
+}
+
+/// The extinction of what is the same everywhere in it [1/m].
+pub fn haze(field: &Field) -> f64 {
+    field.media().homogeneous.beta
+}
 
 /// Where view rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,7 +158,7 @@ pub struct LightSide {
 impl LightSide {
     /// From the depths T(v, b) and T(s, b) of all blobs' own centres, without homogeneous part.
     pub fn new(field: &Field, eye: Eye, light: DVec3, to_eye: &[f64], to_light: &[f64]) -> Self {
-        let blobs = field.blobs.par_iter().zip(to_eye).zip(to_light);
+        let blobs = blobs(field).par_iter().zip(to_eye).zip(to_light);
         let exponents = blobs.map(|((blob, to_eye), to_light)| {
             exponent(field, blob, (eye, *to_eye), (light, *to_light))
         });
@@ -156,24 +178,22 @@ fn exponent(
     let (d_eye, d_light) = (from.distance(blob.center), light.distance(blob.center));
     // The blob's own part of a path that ends at its centre: half depth times erf.
     let own = |d: f64| blob.half_depth() * libm::erf(blob.a * d);
-    own(d_eye) + own(d_light) - to_eye - to_light - field.homogeneous.beta * (d_eye + d_light)
+    own(d_eye) + own(d_light) - to_eye - to_light - haze(field) * (d_eye + d_light)
 }
 
 /// C_sv (eq. 16); 0 where there is no homogeneous fog for it.
 fn homogeneous_factor(field: &Field, eye: Eye, light: DVec3) -> f64 {
-    if field.homogeneous.beta == 0.0 {
+    if haze(field) == 0.0 {
         return 0.0;
     }
-    let (direction, distance) = toward(light, eye.facing(light));
-    let along = |blob: &Gaussian| blob.optical_depth(light, direction, distance);
-    (-field.near_segment(light, direction, distance, along)).exp()
+    let (ray, distance) = Ray::between(light, eye.facing(light));
+    (-field.media().gaussians.depth_nearby(&ray, distance)).exp()
 }
 
 /// T without homogeneous part from a start to a blob's centre, to rounding.
 pub fn depth_to_center(field: &Field, start: DVec3, center: DVec3) -> f64 {
-    let (direction, length) = toward(start, center);
-    field
-        .near_segment(start, direction, length, |blob| blob.optical_depth(start, direction, length))
+    let (ray, length) = Ray::between(start, center);
+    field.media().gaussians.depth_nearby(&ray, length)
 }
 
 /// T without homogeneous part from where paths start to blobs' centres, to rounding: those that have
@@ -190,7 +210,7 @@ impl CenterDepths {
     /// None of them yet.
     pub fn new(field: &Field, eye: Eye) -> Self {
         let unasked = |_: &Gaussian| AtomicU64::new(f64::NAN.to_bits());
-        Self { eye, depths: field.blobs.iter().map(unasked).collect() }
+        Self { eye, depths: blobs(field).iter().map(unasked).collect() }
     }
 
     /// The depths to some blobs, by their places.
@@ -210,7 +230,7 @@ impl CenterDepths {
                 return Ok(known);
             }
             progress.check()?;
-            let center = field.blobs[*place].center;
+            let center = blobs(field)[*place].center;
             let depth = depth_to_center(field, self.eye.facing(center), center);
             self.depths[*place].store(depth.to_bits(), Ordering::Relaxed);
             Ok(depth)
@@ -227,8 +247,7 @@ impl CenterDepths {
 /// A ray in f64 with all that the published method asks about its blobs but the lights.
 #[derive(Debug)]
 pub struct Sighted {
-    origin: DVec3,
-    direction: DVec3,
+    ray: Ray,
     length: f64,
     /// Blobs that it meets, to rounding.
     places: Vec<usize>,
@@ -238,20 +257,19 @@ pub struct Sighted {
 }
 
 impl Sighted {
-    /// The ray from `origin` in the unit `direction` up to `length` [m], as one of those that start
-    /// where `from_eye` does.
+    /// A ray up to `length` [m], as one of those that start where `from_eye` does.
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
     pub fn new(
         field: &Field,
         from_eye: &CenterDepths,
-        (origin, direction, length): (DVec3, DVec3, f64),
+        (ray, length): (Ray, f64),
         progress: &Progress,
     ) -> Result<Self, Interrupted> {
-        let places = field.places_near_segment(origin, direction, length);
+        let places = field.media().gaussians.on_ray(&ray, length);
         let to_eye = from_eye.get(field, &places, progress)?;
-        Ok(Self { origin, direction, length, places, eye: from_eye.eye, to_eye })
+        Ok(Self { ray, length, places, eye: from_eye.eye, to_eye })
     }
 
     /// L_a per unit of ω·I₀ [1/m²] of a light.
@@ -265,20 +283,20 @@ impl Sighted {
         from_light: &CenterDepths,
         progress: &Progress,
     ) -> Result<f64, Interrupted> {
-        let Self { origin, direction, length, .. } = *self;
+        let Self { ray: Ray { origin, direction }, length, .. } = *self;
         let floor = least_distance(light.distance(origin));
         let ray = V3::from(direction);
         let to_light = from_light.get(field, &self.places, progress)?;
         let depths = self.to_eye.iter().zip(to_light);
         let blobs = self.places.iter().zip(depths).map(|(place, (to_eye, to_light))| {
-            let blob = &field.blobs[*place];
+            let blob = &blobs(field)[*place];
             let seen = blob.seen_from(origin);
             let from_light = V3::from((blob.center - light) * blob.a);
             let exponent = exponent(field, blob, (self.eye, *to_eye), (light, to_light));
             let lit = Lit { from_light, exponent };
             Crossing::new::<true>(&seen, ray, length).scattered(&seen, &lit, floor)
         });
-        let beta = field.homogeneous.beta;
+        let beta = haze(field);
         let homogeneous = homogeneous_factor(field, self.eye, light)
             * sun2005::airlight(beta, (light - origin).into(), ray, length);
         Ok(homogeneous + blobs.sum::<f64>() / (4.0 * std::f64::consts::PI))

@@ -1,12 +1,11 @@
-//! The two inner loops of a picture: optical depth of blobs along rays, and with it their published
-//! airlight. Rays stand in lanes, blobs are walked one by one.
+//! The inner loop of the published airlight: depth of blobs along rays, and with it their airlight.
+//! Rays stand in lanes, blobs are walked one by one.
 
-use super::batch::{Fogged, Rays, Row, SIZE, get3, load3};
-use super::blobs::{BlobList, Packed};
-use crate::airlight::fogshop2007::{Crossing, Lit};
+use super::{Crossing, Lit};
 use crate::airlight::least_distance;
-use crate::media::gaussians::Seen;
-use crate::num::{Lanes, Num};
+use crate::geometry::batch::{Fogged, Rays, Row, SIZE, load3};
+use crate::media::gaussians::{BlobList, ExactRay, Seen, not_negative};
+use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::Simd;
 use glam::DVec3;
@@ -23,84 +22,6 @@ pub struct LightRow<'a> {
     pub position: DVec3,
     /// The exponents in f64.
     pub exponents: &'a [f64],
-}
-
-impl Packed {
-    /// The blob relative to rays that start at `offset`.
-    #[inline(always)]
-    fn seen<S: Simd, const PARALLEL: bool>(&self, simd: S, offset: V3<Lanes<S>>) -> Seen<Lanes<S>> {
-        let (a, b) = (Lanes::splat(simd, self.a), splat3(simd, self.b));
-        let b = if PARALLEL { b - offset.scale(a) } else { b };
-        Seen { b, a, k: Lanes::splat(simd, self.k) }
-    }
-}
-
-/// The same vector in every lane.
-// No closures over lanes here: array::map would be compiled without the lanes' instructions.
-#[inline(always)]
-pub fn splat3<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> V3<Lanes<S>> {
-    V3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z))
-}
-
-/// Adds the blobs' depth along every ray. Rays start at the list's origin, or at offsets from it
-/// if `PARALLEL`.
-#[inline(always)]
-pub fn add_depth<S: Simd, const PARALLEL: bool>(
-    simd: S,
-    list: &BlobList,
-    rays: &Rays,
-    length: &Row,
-    depth: &mut Row,
-) {
-    for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
-        let direction = load3(simd, &rays.direction, at);
-        let offset = load3(simd, &rays.offset, at);
-        let length = Lanes::load(simd, &length[at..]);
-        let mut sum = Lanes::load(simd, &depth[at..]);
-        for blob in &list.cut {
-            sum += blob.seen::<S, PARALLEL>(simd, offset).plain_depth(direction, length);
-        }
-        for blob in &list.dense {
-            sum += blob.seen::<S, PARALLEL>(simd, offset).optical_depth(direction, length);
-        }
-        for blob in &list.whole {
-            sum += blob.seen::<S, PARALLEL>(simd, offset).whole_depth(direction);
-        }
-        not_negative(sum).store(&mut depth[at..]);
-    }
-    for (_, blob) in &list.opaque {
-        for (at, depth) in depth[..rays.count].iter_mut().enumerate() {
-            let ray = ExactRay::new(rays, length, at);
-            *depth += ray.blob(blob).optical_depth(ray.direction, ray.length) as f32;
-        }
-    }
-}
-
-/// A sum of optical depths: the difference of two f32 erf may fall below 0 by rounding, fog never.
-#[inline(always)]
-fn not_negative<S: Simd>(depth: Lanes<S>) -> Lanes<S> {
-    depth.max(depth.lit(0.0))
-}
-
-/// One ray in f64.
-struct ExactRay {
-    offset: V3<f64>,
-    direction: V3<f64>,
-    length: f64,
-}
-
-impl ExactRay {
-    fn new(rays: &Rays, length: &Row, at: usize) -> Self {
-        let direction = get3(&rays.direction, at).as_dvec3().normalize();
-        let offset = get3(&rays.offset, at).as_dvec3();
-        let length = f64::from(length[at]);
-        Self { offset: offset.into(), direction: direction.into(), length }
-    }
-
-    /// The blob relative to the ray's start.
-    fn blob(&self, blob: &Seen<f64>) -> Seen<f64> {
-        Seen { b: blob.b - self.offset.scale(blob.a), ..*blob }
-    }
 }
 
 /// Adds depth and airlight of all blobs in one go: the light's part reuses the line integral.
@@ -192,11 +113,13 @@ impl<S: Simd> Sum<S> {
         self.depth += crossing.depth;
         for light in lights {
             let [x, y, z, exponent] = light.blobs[place as usize];
-            let lit =
-                Lit { from_light: splat3(simd, [x, y, z]), exponent: Lanes::splat(simd, exponent) };
+            let lit = Lit {
+                from_light: V3::splat(simd, [x, y, z]),
+                exponent: Lanes::splat(simd, exponent),
+            };
             let floor = least_distance(Lanes::splat(simd, light.distance));
             let value = crossing.scattered(seen, &lit, floor);
-            self.airlight = self.airlight + splat3(simd, light.scattered).scale(value);
+            self.airlight = self.airlight + V3::splat(simd, light.scattered).scale(value);
         }
     }
 }

@@ -1,0 +1,154 @@
+//! What a few rays meet on their way, and what they see of one lamp.
+
+use super::control::{self, Fields};
+use super::patch::Patch;
+use super::pilot::FAINT;
+use crate::airlight::mapped::OPAQUE;
+use crate::frame::context::{Context, Lamp};
+use crate::frame::tolerance::Tolerance;
+use crate::geometry::control::{Control, Each, PADDED};
+use crate::media::{OnRays, Patched, Profile, Sum};
+
+/// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
+pub const CHECK: [f32; 2] = [0.55, 0.45];
+
+/// A frame's fog before one lamp.
+#[derive(Clone, Copy)]
+pub struct ToLamp<'a> {
+    /// The frame.
+    pub context: &'a Context<'a>,
+    /// The lamp.
+    pub lamp: &'a Lamp,
+    /// What may be missed.
+    pub tolerance: &'a Tolerance,
+    /// Whether what fog takes away is set on the way.
+    pub sets_depth: bool,
+}
+
+/// A few rays of a row, and the fog that they cross.
+pub struct Sight {
+    /// The rays.
+    pub rays: Control,
+    /// What they cross.
+    pub met: Sum<dyn OnRays>,
+    /// Where β, or its slope, jumps on them [m].
+    edges: Vec<Each>,
+}
+
+/// The rays that stand for a patch.
+pub struct Sights {
+    /// Around it.
+    pub control: Sight,
+    /// Through its middle: there nodes are placed.
+    pub middle: Sight,
+    /// Where quadratics are compared with what they stand for.
+    pub check: Sight,
+}
+
+/// A part of the rays' way on which fog is smooth. A place on it is `begin` + share · `range` [m] on
+/// each ray, so that the same share lies likewise between the edges of the fog on all of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Section {
+    /// The place of the share 0, ray by ray [m].
+    pub begin: Each,
+    /// What a share of 1 is long [m].
+    pub range: Each,
+    /// The shares between which it lies: 0 and 1 if an edge cuts it; else ray parameters, which are the
+    /// same on all rays.
+    pub ends: [f32; 2],
+}
+
+impl Section {
+    /// Between two ray parameters [m].
+    fn whole(from: f32, to: f32) -> Self {
+        Self { begin: [0.0; PADDED], range: [1.0; PADDED], ends: [from, to] }
+    }
+
+    /// Where it begins and ends on the first ray [m].
+    pub fn on_first(&self) -> (f32, f32) {
+        let [from, to] = self.ends.map(|share| self.range[0].mul_add(share, self.begin[0]));
+        (from, to)
+    }
+}
+
+/// The same sections of all sights of a patch, one after the other.
+pub struct Sections {
+    /// Of the rays around the patch.
+    pub control: Vec<Section>,
+    /// Of the ray through its middle.
+    pub middle: Vec<Section>,
+    /// Of the ray that is checked.
+    pub check: Vec<Section>,
+}
+
+impl Sight {
+    fn new(context: &Context, fog: &Sum<dyn Patched>, rays: Control, least: f32) -> Self {
+        let met = fog.on_rays(context.job.level, &rays, context.viewpoint.parallel, least);
+        let edges = met.edges();
+        Self { rays, met, edges }
+    }
+
+    /// Fields at ray parameters `t`.
+    pub fn fields(&self, to: &ToLamp, t: &[Each]) -> Fields {
+        let Profile { mut log_beta, depth } = self.met.profile(to.context.job.level, t);
+        for (log, depth) in log_beta.iter_mut().zip(&depth) {
+            for (log, depth) in log.iter_mut().zip(depth) {
+                *log -= depth.min(2.0 * OPAQUE as f32);
+            }
+        }
+        let mean = control::toward_light(to.context, to.lamp, &self.rays, t);
+        Fields { log: log_beta, mean, depth }
+    }
+
+    /// Sections between two ray parameters, cut at some of the edges.
+    fn cut(&self, edges: &[usize], from: f32, to: f32) -> Vec<Section> {
+        if edges.is_empty() {
+            return vec![Section::whole(from, to)];
+        }
+        let inner = edges.iter().map(|i| self.edges[*i].map(|t| t.clamp(from, to)));
+        let ends: Vec<_> =
+            [[from; PADDED]].into_iter().chain(inner).chain([[to; PADDED]]).collect();
+        let between = |pair: &[Each]| Section {
+            begin: pair[0],
+            range: std::array::from_fn(|c| (pair[1][c] - pair[0][c]).max(0.0)),
+            ends: [0.0, 1.0],
+        };
+        ends.windows(2).map(between).collect()
+    }
+}
+
+impl Sights {
+    /// Of a patch, in the fog around it.
+    pub fn new(context: &Context, fog: &Sum<dyn Patched>, patch: &Patch) -> Self {
+        let within = |place| control::within(context, patch, place);
+        Self {
+            control: Sight::new(context, fog, control::around(context, patch), 0.0),
+            middle: Sight::new(context, fog, within([0.0; 2]), FAINT),
+            check: Sight::new(context, fog, within(CHECK), 0.0),
+        }
+    }
+
+    /// The parts of the way between two ray parameters on which fog is smooth; and whether all rays
+    /// around the patch pass the same edges there, in the same order.
+    pub fn sections(&self, from: f32, to: f32) -> (Sections, bool) {
+        let is_inside = |t: &f32| from < *t && *t < to;
+        let edges = &self.control.edges;
+        let mut met: Vec<_> =
+            (0..edges.len()).filter(|i| edges[*i].iter().any(is_inside)).collect();
+        let middle = |i: &usize| self.middle.edges[*i][0];
+        met.sort_unstable_by(|a, b| middle(a).total_cmp(&middle(b)));
+        let all_pass = met.iter().all(|i| edges[*i].iter().all(is_inside));
+        let in_order = met.windows(2).all(|pair| {
+            edges[pair[0]].iter().zip(&edges[pair[1]]).all(|(before, behind)| before <= behind)
+        });
+        let [control, middle, check] =
+            [&self.control, &self.middle, &self.check].map(|sight| sight.cut(&met, from, to));
+        (Sections { control, middle, check }, all_pass && in_order)
+    }
+
+    /// Whether some ray around the patch passes an edge between two ray parameters.
+    pub fn has_edge(&self, from: f32, to: f32) -> bool {
+        let edges = self.control.edges.as_flattened();
+        edges.iter().any(|t| from < *t && *t < to)
+    }
+}

@@ -1,0 +1,139 @@
+//! What every pass of a frame reads, on either backend.
+
+use super::light_table::LightTable;
+use super::lights::LitBlobs;
+use super::viewpoint::{Grid, Viewpoint};
+use crate::airlight::{Estimator, Method};
+use crate::media::Field;
+use crate::phase::PhaseFunction;
+use crate::progress::{Job, Progress};
+use crate::request::{Layer, Quality, View};
+use crate::scene::{CheckedScene, Material};
+use crate::shapes::Geometry;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A light as the passes need it.
+pub struct Lamp {
+    /// Where it is [m].
+    pub position: DVec3,
+    /// The same relative to the camera [m].
+    pub from_camera: DVec3,
+    /// Radiant intensity [W/sr].
+    pub intensity: DVec3,
+    /// Intensity times the fog's albedo [W/sr].
+    pub scattered: DVec3,
+    /// For [`Method::Mapped`], where many blobs shade the light.
+    pub table: Arc<Option<LightTable>>,
+}
+
+/// What every pass of a frame reads.
+pub struct Context<'a> {
+    /// What it is made with.
+    pub job: Job<'a>,
+    /// Surfaces.
+    pub geometry: &'a Geometry,
+    /// Extinction.
+    pub field: &'a Arc<Field>,
+    /// The camera.
+    pub viewpoint: Viewpoint,
+    /// The picture.
+    pub grid: Grid,
+    /// Where a ray that meets nothing ends [m].
+    pub far_m: f32,
+    /// The enabled lights.
+    pub lamps: Vec<Lamp>,
+    /// The airlight estimator.
+    pub method: Method,
+    /// The phase function.
+    pub phase: PhaseFunction,
+    /// For the published airlight, one a lamp.
+    pub lit_blobs: Vec<LitBlobs>,
+    /// Diffuse, specular, emission and shininess of every surface.
+    pub materials: Vec<[f32; 10]>,
+    /// What stands for a material where nothing is hit.
+    pub background: [f32; 10],
+    /// Radiance of the veil.
+    pub ambient: [f32; 3],
+    /// What is asked for.
+    pub view: View,
+}
+
+impl<'a> Context<'a> {
+    /// What a frame of a scene is made from, before any pass.
+    pub fn new(
+        scene: &CheckedScene,
+        geometry: &'a Geometry,
+        field: &'a Arc<Field>,
+        view: &View,
+        progress: &'a Progress,
+    ) -> Self {
+        let grid = Grid { width: view.width as usize, height: view.height as usize };
+        let viewpoint = Viewpoint::new(&scene.camera, grid.width, grid.height);
+        let lamps = scene.lights().map(|(_, light)| {
+            let (position, intensity) = (light.position.vector(), light.intensity.vector());
+            let scattered = intensity * scene.fog.albedo.vector();
+            let from_camera = position - viewpoint.position;
+            Lamp { position, from_camera, intensity, scattered, table: Arc::default() }
+        });
+        let asked = view.estimator.unwrap_or(Estimator::Scene(scene.fog.airlight));
+        let [r, g, b] = scene.background.0.map(|v| v as f32);
+        Self {
+            job: Job::new(progress),
+            geometry,
+            field,
+            viewpoint,
+            grid,
+            far_m: scene.far_m as f32,
+            lamps: lamps.collect(),
+            method: Method::new(asked, &scene.fog.phase, field),
+            phase: scene.fog.phase.function(),
+            lit_blobs: Vec::new(),
+            materials: geometry.materials.iter().map(numbers).collect(),
+            background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
+            ambient: scene.fog.ambient.0.map(|v| v as f32),
+            view: *view,
+        }
+    }
+
+    /// Whether the layer shows light that the fog scatters.
+    pub fn shows_airlight(&self) -> bool {
+        matches!(self.view.layer, Layer::Beauty | Layer::Airlight)
+    }
+
+    /// Whether the mapped airlight is shown.
+    pub fn is_mapped(&self) -> bool {
+        self.method == Method::Mapped && self.shows_airlight()
+    }
+
+    /// Whether the layer shows lit surfaces.
+    pub fn shows_surfaces(&self) -> bool {
+        matches!(self.view.layer, Layer::Beauty | Layer::Surface)
+    }
+
+    /// Whether the layer depends on the fog along view rays.
+    pub fn shows_fog(&self) -> bool {
+        self.shows_airlight()
+            || matches!(self.view.layer, Layer::OpticalDepth | Layer::Transmittance)
+    }
+
+    /// Whether a picture for the eye takes optical depths, too, from what the mapped airlight
+    /// interpolates.
+    pub fn interpolates(&self) -> bool {
+        let for_the_eye = self.view.for_screen || self.view.quality == Quality::Draft;
+        for_the_eye && self.is_mapped() && !self.lamps.is_empty()
+    }
+
+    /// Whether a draft computes fog for some of its pixels only.
+    pub fn needs_low_resolution(&self) -> bool {
+        !self.field.is_empty()
+            && !self.interpolates()
+            && (self.shows_fog() || self.shows_surfaces())
+    }
+}
+
+fn numbers(material: &Material) -> [f32; 10] {
+    let [d, s, e] = [material.diffuse.0, material.specular.0, material.emission.0];
+    let all = [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2], material.shininess];
+    all.map(|v| v as f32)
+}

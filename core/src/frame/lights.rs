@@ -1,0 +1,83 @@
+//! What stands around the lights of a frame before any of its rays: kept while fog and lights stay.
+
+use super::cache::Cache;
+use super::context::{Context, Lamp};
+use super::light_table::{self, Fineness, LightTable};
+use crate::airlight::Method;
+use crate::airlight::fogshop2007::{self, LightSide};
+use crate::media::Field;
+use crate::progress::Interrupted;
+use glam::{DVec3, Vec4};
+
+/// What the published airlight needs of one light and every blob, as a kernel reads it.
+pub struct LitBlobs {
+    /// a · (centre − light), and the exponent of f¹.
+    pub blobs: Vec<[f32; 4]>,
+    /// The exponents in f64.
+    pub exponents: Vec<f64>,
+    /// Share of a light's homogeneous part that the blobs let through.
+    pub homogeneous_factor: f64,
+}
+
+impl LitBlobs {
+    /// a · (centre − light) of every blob, and the exponent of f¹.
+    pub fn rows(&self) -> impl Iterator<Item = Vec4> + '_ {
+        self.blobs.iter().copied().map(Vec4::from_array)
+    }
+
+    /// Packs a light's side of the published method.
+    pub fn new(field: &Field, light: DVec3, side: LightSide) -> Self {
+        let blobs =
+            fogshop2007::blobs(field).iter().zip(&side.exponents).map(|(blob, exponent)| {
+                let from = (blob.center - light) * blob.a;
+                let numbers = [from.x, from.y, from.z, *exponent];
+                numbers.map(|number| number as f32)
+            });
+        Self {
+            blobs: blobs.collect(),
+            exponents: side.exponents,
+            homogeneous_factor: side.homogeneous_factor,
+        }
+    }
+}
+
+/// For the published airlight: what lies between every blob and the lights and the eye.
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, Interrupted> {
+    if context.method != Method::Fogshop2007 || !context.shows_airlight() {
+        return Ok(Vec::new());
+    }
+    let (field, job, eye) = (context.field, &context.job, context.viewpoint.eye());
+    let to_eye = fogshop2007::depths(job, field, |center| eye.facing(center))?;
+    let side = |lamp: &Lamp| {
+        let make = || fogshop2007::depths(job, field, |_| lamp.position);
+        let to_light = cache.to_light(field, lamp.position, job.progress, make)?;
+        job.progress.check()?;
+        let side = LightSide::new(field, eye, lamp.position, &to_eye, &to_light);
+        Ok(LitBlobs::new(field, lamp.position, side))
+    };
+    context.lamps.iter().map(side).collect()
+}
+
+/// For the mapped airlight: what lies between the lights and everything else.
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<(), Interrupted> {
+    if !context.is_mapped() || !light_table::pay(context.field) {
+        return Ok(());
+    }
+    let fineness = Fineness::of(context.lamps.len());
+    let table = |lamp: &Lamp| {
+        let (field, light) = (context.field, lamp.position);
+        let make = || LightTable::new(&context.job, field, light, fineness);
+        cache.light_table(field, light, fineness, context.job.progress, make)
+    };
+    let tables = context.lamps.iter().map(table).collect::<Result<Vec<_>, _>>()?;
+    for (lamp, table) in context.lamps.iter_mut().zip(tables) {
+        lamp.table = table;
+    }
+    Ok(())
+}

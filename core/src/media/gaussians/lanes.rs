@@ -1,0 +1,250 @@
+//! Blobs around the rays of a patch, and as a few rays cross them: what does not change along the rays
+//! is formed once, and serves every rule, head and tail.
+
+use super::list::{BlobList, DENSE, Packed};
+use super::{ENDS, HALF_SQRT_PI, Line};
+use crate::geometry::batch::load3;
+use crate::geometry::control::{Control, Each, PADDED};
+use crate::media::{Lumps, OnRays, PatchCone, Patched};
+use crate::num::{Lanes, Num};
+use crate::vector::V3;
+use fearless_simd::{Level, Simd, dispatch};
+use glam::Vec3;
+
+/// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
+const COARSE: f32 = 0.4;
+/// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8. Where there is
+/// nothing but the tails of blobs, they are what is seen.
+const FAR: f32 = 4.3;
+
+/// A blob relative to the camera.
+#[derive(Clone, Copy, Debug)]
+struct PatchBlob {
+    /// a · (centre − camera).
+    b: [f32; 3],
+    /// Scale a [1/m].
+    a: f32,
+    /// Half depth.
+    k: f32,
+}
+
+/// The blobs that some ray of a patch meets.
+#[derive(Clone, Debug)]
+pub struct PatchBlobs(Vec<PatchBlob>);
+
+impl PatchBlobs {
+    /// All blobs of a list.
+    pub fn new(list: &BlobList) -> Self {
+        let packed = [&list.cut, &list.dense, &list.whole].into_iter().flatten();
+        let packed = packed.map(|Packed { b, a, k, .. }| PatchBlob { b: *b, a: *a, k: *k });
+        let opaque = list.opaque.iter().map(|(_, seen)| PatchBlob {
+            b: [seen.b.x as f32, seen.b.y as f32, seen.b.z as f32],
+            a: seen.a as f32,
+            k: seen.k as f32,
+        });
+        Self(packed.chain(opaque).collect())
+    }
+}
+
+impl Patched for PatchBlobs {
+    fn terms(&self) -> usize {
+        self.0.len()
+    }
+
+    fn within(&self, cone: &PatchCone, lumps: &mut Lumps) -> Box<dyn Patched> {
+        let PatchCone { offset, axis, spread, width, .. } = *cone;
+        let meets = |blob: &&PatchBlob| {
+            let b = Vec3::from(blob.b) - offset * blob.a;
+            let half = 1.01 * (b.length() * spread + width * blob.a);
+            let aside = b.cross(axis).length();
+            let miss = (aside - half).max(0.0);
+            if miss >= FAR {
+                return false;
+            }
+            lumps.depth += 2.0 * blob.k * (-aside * aside).exp();
+            lumps.end = lumps.end.max((b.dot(axis) + ENDS as f32) / blob.a);
+            if half > COARSE {
+                let half = half.min(4.0);
+                // The third derivative of a Gaussian, met over half a patch.
+                let missed = 0.25 * blob.k * half * half * half * (-miss * miss).exp();
+                lumps.hidden_squared += missed * missed;
+            }
+            true
+        };
+        Box::new(Self(self.0.iter().filter(meets).copied().collect()))
+    }
+
+    fn on_rays(&self, level: Level, rays: &Control, parallel: bool, least: f32) -> Box<dyn OnRays> {
+        let blobs = dispatch!(level, simd => if parallel {
+            cross::<_, true>(simd, rays, &self.0, least)
+        } else {
+            cross::<_, false>(simd, rays, &self.0, least)
+        });
+        Box::new(BlobsOnRays(blobs))
+    }
+}
+
+/// One blob before the rays of a row.
+#[derive(Clone, Debug)]
+struct BlobOnRays {
+    /// Scale a [1/m].
+    a: f32,
+    /// Whether depths need relative accuracy.
+    dense: bool,
+    /// From where to where it is on any of the rays [m].
+    first: f32,
+    last: f32,
+    /// a · ray parameter of its closest point.
+    middle: Each,
+    /// Half its depth along the line.
+    density: Each,
+    /// erf where the ray starts.
+    begins: Each,
+    /// Its depth behind it.
+    whole: Each,
+    /// The largest of those.
+    most: f32,
+}
+
+/// The blobs that rays cross.
+#[derive(Clone, Debug)]
+struct BlobsOnRays(Vec<BlobOnRays>);
+
+impl BlobsOnRays {
+    /// Those that some ray meets between two ray parameters [m].
+    fn between(&self, from: f32, to: f32) -> impl Iterator<Item = &BlobOnRays> {
+        self.0.iter().filter(move |blob| blob.first < to && blob.last > from)
+    }
+}
+
+impl OnRays for BlobsOnRays {
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
+    fn add(&self, level: Level, t: &[Each], beta: &mut [Each], depth: &mut [Each]) {
+        dispatch!(level, simd => add_fields(simd, &self.0, t, beta, depth));
+    }
+
+    fn most(&self, from: f32, to: f32) -> f32 {
+        self.between(from, to).map(|blob| blob.most).sum()
+    }
+
+    fn span(&self) -> Option<(f32, f32)> {
+        let spans = self.0.iter().map(|blob| (blob.first, blob.last));
+        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    fn finest(&self, from: f32, to: f32, least: f32) -> f32 {
+        let stands_out = |blob: &&BlobOnRays| blob.most > least;
+        let scales = self.between(from, to).filter(stands_out).map(|blob| blob.a);
+        1.0 / scales.fold(0.0, f32::max)
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    rays: &Control,
+    blobs: &[PatchBlob],
+    least: f32,
+) -> Vec<BlobOnRays> {
+    let mut crossings = Vec::with_capacity(blobs.len());
+    for blob in blobs {
+        let (a, dense) = (blob.a, blob.k > DENSE);
+        let zero = [0.0; PADDED];
+        let (mut middle, mut density, mut begins, mut whole) = (zero, zero, zero, zero);
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let center = V3::splat(simd, blob.b);
+            let center = if PARALLEL {
+                center - load3(simd, &rays.offset, at).scale(Lanes::splat(simd, a))
+            } else {
+                center
+            };
+            let miss2 = center.cross(direction).length_squared();
+            center.dot(direction).store(&mut middle[at..]);
+            ((-miss2).exp() * Lanes::splat(simd, blob.k)).store(&mut density[at..]);
+        }
+        if bounds(&density).1 < least * blob.k.min(1.0) {
+            continue;
+        }
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let along = Lanes::load(simd, &middle[at..]);
+            let start = (-along).erf();
+            let behind = if dense {
+                Num::erf_difference(-along, along.lit(1e4))
+            } else {
+                along.lit(1.0) - start
+            };
+            start.store(&mut begins[at..]);
+            (Lanes::load(simd, &density[at..]) * behind).store(&mut whole[at..]);
+        }
+        let (low, high) = bounds(&middle);
+        let (first, last) = ((low - ENDS as f32) / a, (high + ENDS as f32) / a);
+        let most = bounds(&whole).1;
+        crossings.push(BlobOnRays { a, dense, first, last, middle, density, begins, whole, most });
+    }
+    crossings
+}
+
+/// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
+/// is added once, to the first row there, and carried on at the end.
+#[inline(always)]
+fn add_fields<S: Simd>(
+    simd: S,
+    blobs: &[BlobOnRays],
+    t: &[Each],
+    beta: &mut [Each],
+    depth: &mut [Each],
+) {
+    let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
+    let ends: Vec<(f32, f32)> = t.iter().map(bounds).collect();
+    for blob in blobs {
+        let begin = ends.partition_point(|end| end.1 < blob.first);
+        let end = begin + ends[begin..].partition_point(|end| end.0 <= blob.last);
+        let a = Lanes::splat(simd, blob.a);
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let middle = Lanes::load(simd, &blob.middle[at..]);
+            let density = Lanes::load(simd, &blob.density[at..]);
+            let begins = Lanes::load(simd, &blob.begins[at..]);
+            let core = density * a * a.lit(1.0 / HALF_SQRT_PI);
+            for (j, t) in t.iter().enumerate().take(end).skip(begin) {
+                let t = Lanes::load(simd, &t[at..]);
+                let s = a.mul_add(t, -middle);
+                let gathered = if blob.dense {
+                    let line = Line { start: -middle, end: s, miss2: s, peak: s };
+                    line.between(a * t)
+                } else {
+                    s.erf() - begins
+                };
+                add(simd, density * gathered, &mut depth[j], at);
+                add(simd, core * (-s.squared()).exp(), &mut beta[j], at);
+            }
+            add(simd, Lanes::load(simd, &blob.whole[at..]), &mut behind[end], at);
+        }
+    }
+    for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+        let mut sum = Lanes::splat(simd, 0.0);
+        for (behind, depth) in behind.iter().zip(depth.iter_mut()) {
+            sum += Lanes::load(simd, &behind[at..]);
+            add(simd, sum, depth, at);
+        }
+    }
+}
+
+#[inline(always)]
+fn add<S: Simd>(simd: S, value: Lanes<S>, row: &mut Each, at: usize) {
+    (value + Lanes::load(simd, &row[at..])).store(&mut row[at..]);
+}
+
+/// The smallest and the largest number of a row.
+#[inline(always)]
+fn bounds(row: &Each) -> (f32, f32) {
+    let (mut low, mut high) = (row[0], row[0]);
+    for value in &row[1..] {
+        low = if *value < low { *value } else { low };
+        high = if *value > high { *value } else { high };
+    }
+    (low, high)
+}

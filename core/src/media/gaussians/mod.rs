@@ -1,0 +1,207 @@
+//! A sum of Gaussian blobs: β(x) = Σ cᵢ exp(−aᵢ² |x − bᵢ|²) (Fogshop 2007, eqs. 6–7).
+//!
+//! `blob` has the closed forms of one, `tree` finds those that matter, `exact` sums them up along one
+//! ray in f64, `list` along a batch, `lanes` along the few rays that stand for a patch.
+
+mod blob;
+mod exact;
+mod lanes;
+mod list;
+mod tree;
+
+use blob::Line;
+pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
+pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
+
+use super::{Along, Common, Medium, Near, Outline, PICTURE_LOSS, Search, TermKind, Ways};
+use crate::geometry::Ray;
+use crate::geometry::bundle::Bundle;
+use crate::json::limits::{self, COUNTS};
+use crate::json::{Checker, Vec3, bounded};
+use fearless_simd::Level;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
+use tree::BlobTree;
+
+/// A sum of Gaussian blobs: β(x) = Σ extinction · exp(−|x − center|² / radius²).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gaussians {
+    /// Name of this term, unique among the terms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = limits::COUNTS.id_chars))]
+    pub id: Option<String>,
+    /// False removes it from the fog.
+    pub enabled: bool,
+    /// The blobs.
+    #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
+    #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
+    pub blobs: Vec<Blob>,
+}
+
+impl Default for Gaussians {
+    fn default() -> Self {
+        Self { id: None, enabled: true, blobs: Vec::new() }
+    }
+}
+
+/// One Gaussian blob of fog.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Blob {
+    /// Where it is densest [m].
+    pub center: Vec3,
+    /// Distance from the centre at which the extinction has fallen to 1/e [m].
+    #[schemars(range(min = limits::RADIUS.min, max = limits::RADIUS.max))]
+    pub radius: f64,
+    /// Extinction at the centre [1/m].
+    #[schemars(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))]
+    #[schemars(extend("x-usual" = limits::USUAL_EXTINCTION))]
+    pub extinction: f64,
+}
+
+impl Default for Blob {
+    fn default() -> Self {
+        Self { center: Vec3::splat(0.0), radius: 1.0, extinction: 0.4 }
+    }
+}
+
+impl TermKind for Gaussians {
+    type Medium = Blobs;
+
+    fn common(&self) -> Common<'_> {
+        Common { id: self.id.as_deref(), enabled: self.enabled }
+    }
+
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+        for (i, blob) in self.blobs.iter().enumerate() {
+            let at = |name: &str| at(&format!("blobs/{i}/{name}"));
+            check.triple(blob.center.0, limits::COORDINATE, || at("center"));
+            check.number(blob.radius, limits::RADIUS, || at("radius"));
+            check.number(blob.extinction, limits::EXTINCTION, || at("extinction"));
+        }
+    }
+
+    fn blobs(&self) -> usize {
+        self.blobs.len()
+    }
+
+    fn merge(terms: &[&Self]) -> Blobs {
+        let blobs = terms.iter().flat_map(|term| &term.blobs).map(Gaussian::from);
+        Blobs::new(blobs.filter(|blob| blob.c > 0.0).collect())
+    }
+}
+
+/// Radii from its middle on a ray at which a blob has ended there: exp(−4²) is 1e-7.
+pub const ENDS: f64 = 4.0;
+
+/// Optical depth that all blobs left out of an exact sum may have together: below the rounding of
+/// its other terms.
+const EXACT_LOSS: f64 = 1e-15;
+
+/// The blobs of all terms, those that weigh nothing left out.
+#[derive(Debug, Default)]
+pub struct Blobs {
+    all: Vec<Gaussian>,
+    picture_tree: OnceLock<BlobTree>,
+    exact_tree: OnceLock<BlobTree>,
+}
+
+impl Blobs {
+    /// Some blobs.
+    pub fn new(all: Vec<Gaussian>) -> Self {
+        Self { all, ..Self::default() }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &[Gaussian] {
+        &self.all
+    }
+
+    /// The blobs that matter to any ray of a bundle, for pictures.
+    fn picture_tree(&self) -> &BlobTree {
+        let each = PICTURE_LOSS / 10.0 / self.all.len().max(1) as f64;
+        self.picture_tree.get_or_init(|| BlobTree::new(&self.all, each))
+    }
+
+    fn exact_tree(&self) -> &BlobTree {
+        let each = EXACT_LOSS / self.all.len().max(1) as f64;
+        self.exact_tree.get_or_init(|| BlobTree::new(&self.all, each))
+    }
+
+    /// Places of the blobs that a ray meets, to rounding.
+    pub fn on_ray(&self, ray: &Ray, length_m: f64) -> Vec<usize> {
+        let Ray { origin, direction } = *ray;
+        let bundle = Bundle { origin, axis: direction, radius: 0.0, tan: 0.0, length: length_m };
+        let mut places = Vec::new();
+        self.exact_tree().visit(&bundle, |place| places.push(place));
+        places
+    }
+
+    /// T along a ray, to rounding, of the blobs that it meets.
+    pub fn depth_nearby(&self, ray: &Ray, length_m: f64) -> f64 {
+        let places = self.on_ray(ray, length_m);
+        places.iter().map(|place| self.all[*place].depth(ray, length_m)).fold(0.0, |a, b| a + b)
+    }
+
+    /// The blobs that any way from `apex` to a point between `from` and `to` meets, to rounding.
+    fn in_triangle(&self, apex: DVec3, [from, to]: [DVec3; 2]) -> Vec<Gaussian> {
+        let ray = |end| (apex, Ray::between(apex, end).0.direction);
+        let length = apex.distance(from).max(apex.distance(to));
+        let Some(bundle) = Bundle::around(&[ray(from), ray(to)], length) else {
+            return self.all.clone();
+        };
+        let mut near = Vec::new();
+        self.exact_tree().visit(&bundle, |place| near.push(self.all[place]));
+        near
+    }
+}
+
+impl Medium for Blobs {
+    fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    fn beta(&self, x: DVec3) -> f64 {
+        self.all.iter().map(|blob| blob.beta(x)).sum()
+    }
+
+    fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
+        self.all.iter().map(|blob| blob.depth(ray, length_m)).sum()
+    }
+
+    fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along> {
+        Box::new(exact::OnRay::new(self, ray, length_m))
+    }
+
+    fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Box<dyn Ways> {
+        Box::new(exact::Between { apex, blobs: self.in_triangle(apex, ends) })
+    }
+
+    fn near(&self, level: Level, search: &Search) -> Box<dyn Near> {
+        Box::new(BlobList::new(level, self, search))
+    }
+
+    fn reach(&self, from: DVec3) -> f64 {
+        self.picture_tree().farthest(from)
+    }
+
+    fn lumps(&self) -> usize {
+        self.all.len()
+    }
+
+    fn outline(&self, light: DVec3) -> Outline {
+        self.all.iter().fold(Outline::default(), |mut outline, blob| {
+            outline.add(light, blob.center, 1.0 / blob.a, blob.half_depth());
+            outline
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        /// Bytes of a blob in both trees: two nodes and a place in each.
+        const IN_TREES: usize = 136;
+        self.all.len() * (size_of::<Gaussian>() + IN_TREES)
+    }
+}

@@ -1,0 +1,367 @@
+//! The sum of all media: what callers see as one.
+
+use super::{
+    Along, Lumps, Media, Medium, Near, OnRays, Outline, PatchCone, Patched, Purpose, Search,
+    Smooth, Term, Ways,
+};
+use crate::geometry::Ray;
+use crate::geometry::batch::{Rays, Row};
+use crate::geometry::bundle::Bundle;
+use crate::geometry::control::{Control, Each, PADDED};
+use crate::num::{Lanes, Num};
+use crate::progress::Job;
+use fearless_simd::{Level, Simd, dispatch};
+use glam::{DVec3, Vec3};
+
+/// The extinction of a scene: the sum of its enabled terms.
+#[derive(Debug, Default)]
+pub struct Field(Media);
+
+/// Several media, seen in one way; they add up.
+#[derive(Debug)]
+pub struct Sum<T: ?Sized>(Vec<Box<T>>);
+
+/// Σ, which is never −0.
+fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |a, b| a + b)
+}
+
+/// The hull of some intervals.
+fn hull<N: PartialOrd + Copy>(spans: impl Iterator<Item = (N, N)>) -> Option<(N, N)> {
+    let lower = |a: N, b: N| if b < a { b } else { a };
+    let upper = |a: N, b: N| if b > a { b } else { a };
+    spans.reduce(|a, b| (lower(a.0, b.0), upper(a.1, b.1)))
+}
+
+impl Field {
+    /// The field of some terms.
+    pub fn new(terms: &[Term]) -> Self {
+        Self(Media::new(terms))
+    }
+
+    /// All media one by one, for methods that are about one of them.
+    pub fn media(&self) -> &Media {
+        &self.0
+    }
+
+    /// Those that are there.
+    fn each(&self) -> impl Iterator<Item = &dyn Medium> {
+        self.0.each().filter(|medium| !medium.is_empty())
+    }
+
+    /// Whether there is nothing at all.
+    pub fn is_empty(&self) -> bool {
+        self.each().next().is_none()
+    }
+
+    /// β₀ [1/m] if the fog is the same everywhere.
+    pub fn uniform_beta(&self) -> Option<f64> {
+        (self.lumps() == 0).then_some(self.0.homogeneous.beta)
+    }
+
+    /// How many lumps there are.
+    pub fn lumps(&self) -> usize {
+        self.0.each().map(Medium::lumps).sum()
+    }
+
+    /// β(x) [1/m].
+    pub fn beta(&self, x: DVec3) -> f64 {
+        total(self.each().map(|medium| medium.beta(x)))
+    }
+
+    /// T along a ray of that length [m]; nothing left out.
+    pub fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
+        total(self.each().map(|medium| medium.depth(ray, length_m)))
+    }
+
+    /// T between two points.
+    pub fn depth_between(&self, from: DVec3, to: DVec3) -> f64 {
+        let (ray, length_m) = Ray::between(from, to);
+        self.depth(&ray, length_m)
+    }
+
+    /// The fog along one ray.
+    pub fn along(&self, ray: &Ray, length_m: f64) -> Sum<dyn Along> {
+        Sum(self.each().map(|medium| medium.along(ray, length_m)).collect())
+    }
+
+    /// The fog between a point and the points of a segment.
+    pub fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Sum<dyn Ways> {
+        Sum(self.each().map(|medium| medium.ways(apex, ends)).collect())
+    }
+
+    /// What matters to the rays of a bundle, none of which is shorter than `shortest_m`.
+    pub fn near(
+        &self,
+        level: Level,
+        bundle: Bundle,
+        shortest_m: f64,
+        purpose: Purpose,
+    ) -> Sum<dyn Near> {
+        let near = |medium: &dyn Medium| {
+            medium.near(level, &self.search_for(medium, bundle, shortest_m, purpose))
+        };
+        Sum(self.each().map(near).collect())
+    }
+
+    /// The same of the lumps alone.
+    pub fn near_lumps(
+        &self,
+        level: Level,
+        bundle: Bundle,
+        shortest_m: f64,
+        purpose: Purpose,
+    ) -> Sum<dyn Near> {
+        let near = |medium: &dyn Medium| {
+            medium.near(level, &self.search_for(medium, bundle, shortest_m, purpose))
+        };
+        Sum(self.each().filter(|medium| medium.lumps() > 0).map(near).collect())
+    }
+
+    /// What is looked for of one medium around a bundle, beside all others.
+    pub fn search_for(
+        &self,
+        medium: &dyn Medium,
+        bundle: Bundle,
+        shortest_m: f64,
+        purpose: Purpose,
+    ) -> Search {
+        // Airlight comes from around the lumps and the lamps: there the others make up for what is left
+        // out, not along the rest of a long ray.
+        let along = match purpose {
+            Purpose::Nodes if medium.lumps() > 0 => shortest_m.min(medium.reach(bundle.origin)),
+            _ => shortest_m,
+        };
+        let others = self.each().filter(|other| !std::ptr::addr_eq(*other, medium));
+        let sure = total(others.map(|other| other.least(along)));
+        Search { bundle, shortest_m, purpose, sure }
+    }
+
+    /// What is smooth, for rays from an origin.
+    pub fn smooth(&self, origin: DVec3) -> Sum<dyn Smooth> {
+        Sum(self.each().filter_map(|medium| medium.smooth(origin)).collect())
+    }
+
+    /// What a table of T around a light must resolve.
+    pub fn outline(&self, light: DVec3) -> Outline {
+        self.each().map(|medium| medium.outline(light)).fold(Outline::default(), Outline::join)
+    }
+
+    /// Bytes that it takes besides its own, near enough.
+    pub fn bytes(&self) -> usize {
+        self.0.each().map(Medium::bytes).sum()
+    }
+}
+
+impl Sum<dyn Along> {
+    /// Terms that a sum has.
+    pub fn terms(&self) -> usize {
+        self.0.iter().map(|medium| medium.terms()).sum()
+    }
+
+    /// Lumps apart from what is smooth.
+    pub fn parted(self) -> [Self; 2] {
+        let (smooth, lumps) = self.0.into_iter().partition(|medium| medium.is_smooth());
+        [Self(smooth), Self(lumps)]
+    }
+
+    /// β [1/m] at the ray parameter `t` [m].
+    pub fn beta(&self, t: f64) -> f64 {
+        total(self.0.iter().map(|medium| medium.beta(t)))
+    }
+
+    /// T to the ray parameter `t` [m].
+    pub fn depth(&self, t: f64) -> f64 {
+        total(self.0.iter().map(|medium| medium.depth(t)))
+    }
+
+    /// From where to where there is any fog [m].
+    pub fn span(&self) -> Option<(f64, f64)> {
+        hull(self.0.iter().filter_map(|medium| medium.span()))
+    }
+
+    /// The finest length over which it changes between two ray parameters [m].
+    pub fn finest_m(&self, from: f64, to: f64) -> f64 {
+        self.0.iter().map(|medium| medium.finest_m(from, to)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Ray parameters between two others where β, or its slope, jumps, in order [m].
+    pub fn edges_between(&self, from: f64, to: f64) -> Vec<f64> {
+        let edges = self.0.iter().flat_map(|medium| medium.edges());
+        let mut edges: Vec<_> = edges.filter(|edge| from < *edge && *edge < to).collect();
+        edges.sort_unstable_by(f64::total_cmp);
+        edges
+    }
+}
+
+impl Sum<dyn Ways> {
+    /// Terms that a sum has.
+    pub fn terms(&self) -> usize {
+        self.0.iter().map(|medium| medium.terms()).sum()
+    }
+
+    /// T from the point to one of the segment.
+    pub fn depth_to(&self, point: DVec3) -> f64 {
+        total(self.0.iter().map(|medium| medium.depth_to(point)))
+    }
+}
+
+impl<T: Near + ?Sized> Sum<T> {
+    /// Adds T along every ray.
+    pub fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
+        self.0.iter().for_each(|near| near.add_depth(job, rays, parallel, length, depth));
+    }
+
+    /// The same media for the few rays that stand for a patch.
+    pub fn patched(&self) -> Sum<dyn Patched> {
+        Sum(self.0.iter().map(|near| near.patched()).collect())
+    }
+}
+
+impl Sum<dyn Smooth> {
+    /// Adds T(x, s)/d between a light and points of rays.
+    pub fn add_mean(
+        &self,
+        level: Level,
+        light: Vec3,
+        rays: &Control,
+        t: &[Each],
+        mean: &mut [Each],
+    ) {
+        self.0.iter().for_each(|smooth| smooth.add_mean(level, light, rays, t, mean));
+    }
+}
+
+impl Sum<dyn Patched> {
+    /// Terms that a sum has.
+    pub fn terms(&self) -> usize {
+        self.0.iter().map(|medium| medium.terms()).sum()
+    }
+
+    /// What the rays of a smaller patch meet, and what its lumps come to beside the haze.
+    pub fn within(&self, cone: &PatchCone) -> (Self, Lumps) {
+        let mut lumps = Lumps::default();
+        let within: Vec<_> = self.0.iter().map(|medium| medium.within(cone, &mut lumps)).collect();
+        // Haze hides what is missed of lumps, but not that behind them.
+        let length = lumps.end.min(cone.longest);
+        lumps.depth += within.iter().map(|medium| medium.haze(cone, length)).sum::<f32>();
+        (Self(within), lumps)
+    }
+
+    /// Follows rays; without the lumps of which all meet less than the share `least`.
+    pub fn on_rays(
+        &self,
+        level: Level,
+        rays: &Control,
+        parallel: bool,
+        least: f32,
+    ) -> Sum<dyn OnRays> {
+        Sum(self.0.iter().map(|medium| medium.on_rays(level, rays, parallel, least)).collect())
+    }
+}
+
+/// What rays meet, row by row.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    /// ln β.
+    pub log_beta: Vec<Each>,
+    /// T from the start.
+    pub depth: Vec<Each>,
+}
+
+impl Sum<dyn OnRays> {
+    /// ln β and T at ray parameters `t`, ascending from row to row.
+    pub fn profile(&self, level: Level, t: &[Each]) -> Profile {
+        let [mut beta, depth] = self.fields(level, t);
+        dispatch!(level, simd => logarithms(simd, &mut beta));
+        Profile { log_beta: beta, depth }
+    }
+
+    /// β and T.
+    pub fn fields(&self, level: Level, t: &[Each]) -> [Vec<Each>; 2] {
+        self.fields_of(level, t, |_| true)
+    }
+
+    /// β and T of what is smooth.
+    pub fn haze(&self, level: Level, t: &[Each]) -> [Vec<Each>; 2] {
+        self.fields_of(level, t, |medium| medium.is_smooth())
+    }
+
+    /// T of what is smooth, to one place of the first ray.
+    pub fn haze_to(&self, level: Level, t: f32) -> f32 {
+        let (mut beta, mut depth) = ([[0.0; PADDED]], [[0.0; PADDED]]);
+        for medium in self.0.iter().filter(|medium| medium.is_smooth()) {
+            medium.add(level, &[[t; PADDED]], &mut beta, &mut depth);
+        }
+        depth[0][0]
+    }
+
+    fn fields_of(
+        &self,
+        level: Level,
+        t: &[Each],
+        is_wanted: impl Fn(&dyn OnRays) -> bool,
+    ) -> [Vec<Each>; 2] {
+        let zero = vec![[0.0; PADDED]; t.len()];
+        let (mut beta, mut depth) = (zero.clone(), zero);
+        // Lumps first: many small numbers lose digits on top of a large one.
+        for is_smooth in [false, true] {
+            let own = self.0.iter().filter(|medium| medium.is_smooth() == is_smooth);
+            own.filter(|medium| is_wanted(medium.as_ref()))
+                .for_each(|medium| medium.add(level, t, &mut beta, &mut depth));
+        }
+        [beta, depth]
+    }
+
+    /// From where to where there is any fog on rays up to `length` [m]; `None` if there is none.
+    pub fn span(&self, length: f32) -> Option<(f32, f32)> {
+        self.within(length, |_| true)
+    }
+
+    /// The same of lumps.
+    pub fn dense(&self, length: f32) -> Option<(f32, f32)> {
+        self.within(length, |medium| !medium.is_smooth())
+    }
+
+    fn within(&self, length: f32, is_wanted: impl Fn(&dyn OnRays) -> bool) -> Option<(f32, f32)> {
+        let wanted = self.0.iter().filter(|medium| is_wanted(medium.as_ref()));
+        let (from, to) = hull(wanted.filter_map(|medium| medium.span()))?;
+        let (from, to) = (from.max(0.0), to.min(length));
+        (from < to).then_some((from, to))
+    }
+
+    /// The smallest radius of the lumps that stand out between two ray parameters [m].
+    pub fn finest(&self, from: f32, to: f32) -> f32 {
+        /// Share of the fog around it from which on a lump stands out.
+        const OUTSTANDING: f32 = 0.3;
+        let all = self.0.iter().map(|medium| medium.most(from, to)).sum::<f32>();
+        let finest = self.0.iter().map(|medium| medium.finest(from, to, OUTSTANDING * all));
+        finest.fold(f32::INFINITY, f32::min)
+    }
+
+    /// The most that any ray meets up to `length`.
+    pub fn most(&self, length: f32) -> f32 {
+        self.0.iter().map(|medium| medium.most(0.0, length)).sum()
+    }
+
+    /// Where what is smooth has surely added that much optical depth behind a ray parameter [m].
+    pub fn hides_from(&self, from: f32, depth: f32) -> f32 {
+        self.0.iter().map(|medium| medium.hides_from(from, depth)).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Ray parameters where β, or its slope, jumps, ray by ray [m].
+    pub fn edges(&self) -> Vec<Each> {
+        self.0.iter().flat_map(|medium| medium.edges()).collect()
+    }
+}
+
+/// ln of rows, with a floor where there is nothing.
+#[inline(always)]
+fn logarithms<S: Simd>(simd: S, rows: &mut [Each]) {
+    for row in rows {
+        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
+            let value = Lanes::load(simd, &row[at..]);
+            value.max(value.lit(1e-30)).ln().store(&mut row[at..]);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Shapes ready for rays: a bounding volume hierarchy over triangles, spheres and boxes, and the
+//! infinite planes beside it.
+
+mod hit;
+mod mesh;
+
+pub use hit::Hit;
+pub use mesh::Triangle;
+
+use crate::geometry::hierarchy::{Bounds, Hierarchy};
+use crate::progress::{Interrupted, Progress};
+use crate::scene::{Material, Shape, Surface};
+use glam::{DVec3, Vec3};
+
+/// An infinite plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    /// A point of it, relative to the anchor [m].
+    pub point: DVec3,
+    /// Unit normal.
+    pub normal: DVec3,
+    /// Place among the scene's surfaces.
+    pub surface: u32,
+}
+
+/// Something with an end, as the hierarchy holds it; coordinates relative to the anchor.
+#[derive(Clone, Copy, Debug)]
+pub enum Solid {
+    /// A triangle, by its place in [`Geometry::triangles`].
+    Triangle(u32),
+    /// A ball.
+    Sphere {
+        /// Centre [m].
+        center: Vec3,
+        /// Radius [m].
+        radius: f32,
+        /// Place among the scene's surfaces.
+        surface: u32,
+    },
+    /// A box along the axes.
+    Box {
+        /// Smallest corner [m].
+        min: Vec3,
+        /// Largest corner [m].
+        max: Vec3,
+        /// Place among the scene's surfaces.
+        surface: u32,
+    },
+}
+
+/// All enabled surfaces of a scene.
+#[derive(Default)]
+pub struct Geometry {
+    /// Where the local coordinates start, in the middle of the solids [m]: keeps f32 exact in
+    /// scenes far from the origin.
+    pub anchor: DVec3,
+    /// Infinite planes.
+    pub planes: Vec<Plane>,
+    /// Triangles of all meshes and heightfields.
+    pub triangles: Vec<Triangle>,
+    /// Corner normals of smooth triangles, by the place of the triangle.
+    pub smooth: Vec<[Vec3; 3]>,
+    /// What the hierarchy's leaves hold, in their order.
+    pub solids: Vec<Solid>,
+    /// The hierarchy over `solids`.
+    pub hierarchy: Hierarchy,
+    /// Materials, by place among the scene's surfaces.
+    pub materials: Vec<Material>,
+}
+
+impl std::fmt::Debug for Geometry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Geometry({} planes, {} solids)", self.planes.len(), self.solids.len())
+    }
+}
+
+impl Geometry {
+    /// Builds what rays need from checked surfaces.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn build(surfaces: &[Surface], progress: &Progress) -> Result<Self, Interrupted> {
+        let enabled = || (0u32..).zip(surfaces).filter(|(_, surface)| surface.enabled);
+        let anchor = anchor(enabled().map(|(_, surface)| &surface.shape));
+        let mut geometry = Self {
+            anchor,
+            materials: surfaces.iter().map(|surface| surface.material.clone()).collect(),
+            ..Self::default()
+        };
+        for (place, surface) in enabled() {
+            progress.check()?;
+            geometry.add(&surface.shape, place);
+        }
+        geometry.index(progress)?;
+        Ok(geometry)
+    }
+
+    /// Bytes that it takes, near enough.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.triangles.as_slice())
+            + size_of_val(self.smooth.as_slice())
+            + size_of_val(self.solids.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + self.hierarchy.bytes()
+    }
+
+    fn add(&mut self, shape: &Shape, surface: u32) {
+        let local = |v: DVec3| (v - self.anchor).as_vec3();
+        match shape {
+            Shape::Plane(plane) => self.planes.push(Plane {
+                point: plane.point.vector() - self.anchor,
+                normal: plane.normal.vector().normalize(),
+                surface,
+            }),
+            Shape::Sphere(sphere) => self.solids.push(Solid::Sphere {
+                center: local(sphere.center.vector()),
+                radius: sphere.radius as f32,
+                surface,
+            }),
+            Shape::Box(b) => self.solids.push(Solid::Box {
+                min: local(b.min.vector()),
+                max: local(b.max.vector()),
+                surface,
+            }),
+            Shape::Mesh(mesh) => self.add_triangles(mesh::of_mesh(mesh, self.anchor, surface)),
+            Shape::Heightfield(field) => {
+                self.add_triangles(mesh::of_heightfield(field, self.anchor, surface));
+            }
+        }
+    }
+
+    fn add_triangles(&mut self, triangles: Vec<(Triangle, Option<[Vec3; 3]>)>) {
+        for (mut triangle, normals) in triangles {
+            if let Some(normals) = normals {
+                triangle.smooth = self.smooth.len() as u32;
+                self.smooth.push(normals);
+            }
+            self.solids.push(Solid::Triangle(self.triangles.len() as u32));
+            self.triangles.push(triangle);
+        }
+    }
+
+    /// Builds the hierarchy and brings solids and triangles into the order of its leaves.
+    fn index(&mut self, progress: &Progress) -> Result<(), Interrupted> {
+        let bounds = self.solids.iter().map(|solid| self.bounds(solid));
+        self.hierarchy = Hierarchy::build(bounds, progress)?;
+        // From now on the solids themselves stand in the order of the leaves.
+        let order = std::mem::take(&mut self.hierarchy.items);
+        self.solids = order.into_iter().map(|i| self.solids[i as usize]).collect();
+        let mut triangles = Vec::with_capacity(self.triangles.len());
+        for solid in &mut self.solids {
+            if let Solid::Triangle(at) = solid {
+                triangles.push(self.triangles[*at as usize]);
+                *at = triangles.len() as u32 - 1;
+            }
+        }
+        self.triangles = triangles;
+        Ok(())
+    }
+
+    fn bounds(&self, solid: &Solid) -> Bounds {
+        let (min, max) = match solid {
+            Solid::Triangle(at) => {
+                let [a, b, c] = self.triangles[*at as usize].corners;
+                (a.min(b).min(c), a.max(b).max(c))
+            }
+            Solid::Sphere { center, radius, .. } => (*center - *radius, *center + *radius),
+            Solid::Box { min, max, .. } => (*min, *max),
+        };
+        // Rays are traced in f32 too: room for their rounding.
+        let slack = Vec3::splat(1e-6) * min.abs().max(max.abs()) + Vec3::splat(1e-30);
+        Bounds { min: min - slack, max: max + slack }
+    }
+}
+
+/// The middle of everything that has an end.
+fn anchor<'a>(shapes: impl Iterator<Item = &'a Shape>) -> DVec3 {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut include = |v: DVec3| {
+        min = min.min(v);
+        max = max.max(v);
+    };
+    for shape in shapes {
+        match shape {
+            Shape::Plane(_) => {}
+            Shape::Sphere(sphere) => include(sphere.center.vector()),
+            Shape::Box(b) => {
+                include(b.min.vector());
+                include(b.max.vector());
+            }
+            Shape::Mesh(mesh) => mesh.positions.iter().for_each(|p| include(p.vector())),
+            Shape::Heightfield(field) => {
+                let [x, z] = field.size;
+                include(field.origin.vector());
+                include(field.origin.vector() + DVec3::new(x, 0.0, z));
+            }
+        }
+    }
+    if min.x <= max.x { 0.5 * (min + max) } else { DVec3::ZERO }
+}
