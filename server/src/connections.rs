@@ -3,6 +3,7 @@
 use crate::app::{App, Phase};
 use crate::budget::{Budget, Client, Held};
 use crate::layers::Spare;
+use crate::routes;
 use crate::socket::Socket;
 use axum::Router;
 use axum::extract::Request;
@@ -68,7 +69,7 @@ impl Connections {
         let (alive, all_ended) = mpsc::channel(1);
         Self {
             phase: app.phase.clone(),
-            router: app.router(),
+            router: routes::router(app),
             places: Budget::new(CONNECTIONS, CLIENT_CONNECTIONS),
             spare: VecDeque::new(),
             alive: Some(alive),

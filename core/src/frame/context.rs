@@ -1,8 +1,8 @@
 //! What every pass of a frame reads, on either backend.
 
 use super::light_table::LightTable;
-use super::lights::LitBlobs;
 use super::viewpoint::{Grid, Viewpoint};
+use crate::airlight::fogshop2007::LitBlobs;
 use crate::airlight::{Estimator, Method};
 use crate::media::Field;
 use crate::phase::PhaseFunction;

@@ -4,42 +4,8 @@ use super::cache::Cache;
 use super::context::{Context, Lamp};
 use super::light_table::{self, Fineness, LightTable};
 use crate::airlight::Method;
-use crate::airlight::fogshop2007::{self, LightSide};
-use crate::media::Field;
+use crate::airlight::fogshop2007::{self, LightSide, LitBlobs};
 use crate::progress::Interrupted;
-use glam::{DVec3, Vec4};
-
-/// What the published airlight needs of one light and every blob, as a kernel reads it.
-pub struct LitBlobs {
-    /// a · (centre − light), and the exponent of f¹.
-    pub blobs: Vec<[f32; 4]>,
-    /// The exponents in f64.
-    pub exponents: Vec<f64>,
-    /// Share of a light's homogeneous part that the blobs let through.
-    pub homogeneous_factor: f64,
-}
-
-impl LitBlobs {
-    /// a · (centre − light) of every blob, and the exponent of f¹.
-    pub fn rows(&self) -> impl Iterator<Item = Vec4> + '_ {
-        self.blobs.iter().copied().map(Vec4::from_array)
-    }
-
-    /// Packs a light's side of the published method.
-    pub fn new(field: &Field, light: DVec3, side: LightSide) -> Self {
-        let blobs =
-            fogshop2007::blobs(field).iter().zip(&side.exponents).map(|(blob, exponent)| {
-                let from = (blob.center - light) * blob.a;
-                let numbers = [from.x, from.y, from.z, *exponent];
-                numbers.map(|number| number as f32)
-            });
-        Self {
-            blobs: blobs.collect(),
-            exponents: side.exponents,
-            homogeneous_factor: side.homogeneous_factor,
-        }
-    }
-}
 
 /// For the published airlight: what lies between every blob and the lights and the eye.
 ///

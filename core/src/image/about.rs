@@ -1,10 +1,37 @@
 //! What an EXR file says of a frame besides its numbers: the channels' names, their colours, the
 //! camera. Attributes are OpenEXR's standard ones where it has one.
 
-use super::exr::Attribute;
 use crate::frame::Frame;
 use crate::frame::viewpoint::Viewpoint;
 use crate::request::Layer;
+
+/// An entry of an EXR file's header: name, type and bytes.
+pub struct Attribute(pub &'static str, pub &'static str, pub Vec<u8>);
+
+impl Attribute {
+    /// A text.
+    pub fn text(name: &'static str, text: &str) -> Self {
+        Self(name, "string", text.as_bytes().to_vec())
+    }
+
+    /// Numbers of a type that is made of floats: `float`, `v2f`, `m44f`, `chromaticities`.
+    pub fn floats(name: &'static str, kind: &'static str, numbers: &[f32]) -> Self {
+        Self(name, kind, numbers.iter().flat_map(|v| v.to_le_bytes()).collect())
+    }
+
+    /// Whole numbers.
+    pub fn words(name: &'static str, kind: &'static str, numbers: [i32; 4]) -> Self {
+        Self(name, kind, numbers.iter().flat_map(|v| v.to_le_bytes()).collect())
+    }
+
+    /// Appends it to a file.
+    pub fn write(&self, file: &mut Vec<u8>) {
+        let Self(name, kind, bytes) = self;
+        file.extend([name.as_bytes(), b"\0", kind.as_bytes(), b"\0"].concat());
+        file.extend((bytes.len() as u32).to_le_bytes());
+        file.extend(bytes);
+    }
+}
 
 /// Names and attributes of an image.
 pub struct Caption {

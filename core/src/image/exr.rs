@@ -4,7 +4,7 @@
 //! rows and the attributes in the order in which they are written. After "OpenEXR File Layout"
 //! (openexr.com, version 2 of the format).
 
-use super::about::Caption;
+use super::about::{Attribute, Caption};
 use super::{Failure, Raster};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -19,32 +19,6 @@ const BLOCK: usize = 16;
 const BATCH: usize = 32;
 /// The fastest level: on noise of floats the others gain a few percent for several times the time.
 const EFFORT: Compression = Compression::new(1);
-
-/// An entry of the header: name, type and bytes.
-pub struct Attribute(&'static str, &'static str, Vec<u8>);
-
-impl Attribute {
-    /// A text.
-    pub fn text(name: &'static str, text: &str) -> Self {
-        Self(name, "string", text.as_bytes().to_vec())
-    }
-
-    /// Numbers of a type that is made of floats: `float`, `v2f`, `m44f`, `chromaticities`.
-    pub fn floats(name: &'static str, kind: &'static str, numbers: &[f32]) -> Self {
-        Self(name, kind, numbers.iter().flat_map(|v| v.to_le_bytes()).collect())
-    }
-
-    fn words(name: &'static str, kind: &'static str, numbers: [i32; 4]) -> Self {
-        Self(name, kind, numbers.iter().flat_map(|v| v.to_le_bytes()).collect())
-    }
-
-    fn write(&self, file: &mut Vec<u8>) {
-        let Self(name, kind, bytes) = self;
-        file.extend([name.as_bytes(), b"\0", kind.as_bytes(), b"\0"].concat());
-        file.extend((bytes.len() as u32).to_le_bytes());
-        file.extend(bytes);
-    }
-}
 
 /// A file of float32 channels.
 pub fn exr(image: &Raster, caption: &Caption) -> Result<Vec<u8>, Failure> {

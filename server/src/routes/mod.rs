@@ -1,14 +1,149 @@
-//! One file a route.
+//! All routes on one screen; one file each.
 
-pub mod compare;
-pub mod health;
-pub mod limits;
-pub mod models;
-pub mod openapi;
-pub mod optical_depth;
-pub mod page;
-pub mod presets;
+mod compare;
+mod health;
+mod limits;
+mod models;
+mod openapi;
+mod optical_depth;
+mod page;
+mod presets;
 pub mod probe;
-pub mod progress;
-pub mod render;
-pub mod selftest;
+mod progress;
+mod render;
+mod selftest;
+
+use crate::app::App;
+use crate::layers;
+use crate::openapi::{Operation, Path, document};
+use crate::problem::Problem;
+use axum::http::{Method, StatusCode, Uri};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{MethodRouter, get, post};
+use axum::{Extension, Router};
+use schemars::SchemaGenerator;
+
+/// One path of the API: who answers it, and how it is documented.
+struct Route {
+    /// Its path.
+    path: &'static str,
+    /// Who answers.
+    handler: MethodRouter<App>,
+    /// Its part of the OpenAPI document.
+    operation: fn(&mut SchemaGenerator) -> Operation,
+}
+
+/// Every path of the API.
+fn routes() -> Vec<Route> {
+    let route = |path, handler, operation| Route { path, handler, operation };
+    vec![
+        route("/v1/render", post(render::render), render::operation),
+        route("/v1/optical-depth", post(optical_depth::render), optical_depth::operation),
+        route("/v1/probe", post(probe::probe), probe::operation),
+        route("/v1/compare", post(compare::compare), compare::operation),
+        route("/v1/progress/{job}", get(progress::progress), progress::operation),
+        route("/v1/selftest", post(selftest::selftest), selftest::operation),
+        route("/v1/models", get(models::list), models::operation),
+        route("/v1/presets", get(presets::list), presets::operation),
+        route("/v1/limits", get(limits::list), limits::operation),
+        route("/v1/openapi.json", get(openapi::document), openapi::operation),
+        route("/healthz", get(health::healthz), health::healthz_operation),
+        route("/readyz", get(health::readyz), health::readyz_operation),
+    ]
+}
+
+/// The whole server: API, page, and the same refusals everywhere.
+pub fn router(app: App) -> Router {
+    let routes = routes();
+    let document = openapi::Document::new(&document(operations(&routes)));
+    let pages = page::files().into_iter().map(|(path, file)| (path, page::handler(file)));
+    let api = routes.into_iter().map(|route| (route.path.to_owned(), route.handler));
+    let router = api
+        .chain(pages)
+        .fold(Router::new(), |router, (path, handler)| router.route(&path, handler));
+    let router = router.layer(Extension(document));
+    let router = router.fallback(not_found).method_not_allowed_fallback(not_allowed);
+    layers::around(router, &app).with_state(app)
+}
+
+fn operations(routes: &[Route]) -> impl Iterator<Item = Path> {
+    routes.iter().map(|route| (route.path, route.operation))
+}
+
+async fn not_found(uri: Uri) -> Problem {
+    Problem::new(StatusCode::NOT_FOUND, format!("there is nothing at {}", uri.path()))
+}
+
+/// The router adds the header `Allow`.
+async fn not_allowed(method: Method) -> Response {
+    if method == Method::OPTIONS {
+        return StatusCode::NO_CONTENT.into_response();
+    }
+    let detail = format!("{method} is not possible here");
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, detail).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{operations, routes};
+    use crate::openapi;
+    use serde_json::{Value, json};
+    use std::collections::HashSet;
+
+    fn document() -> Value {
+        openapi::document(operations(&routes()))
+    }
+
+    fn references(value: &Value, into: &mut Vec<String>) {
+        match value {
+            Value::Object(members) => {
+                into.extend(members.get("$ref").and_then(Value::as_str).map(str::to_owned));
+                members.values().for_each(|member| references(member, into));
+            }
+            Value::Array(items) => items.iter().for_each(|item| references(item, into)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_reference_leads_somewhere() {
+        let document = document();
+        let mut all = Vec::new();
+        references(&document, &mut all);
+        assert!(all.len() > 50);
+        for reference in all {
+            let pointer = reference.strip_prefix('#').unwrap();
+            assert!(document.pointer(pointer).is_some(), "{reference}");
+        }
+    }
+
+    #[test]
+    fn every_route_and_type_is_there_and_described() {
+        let document = document();
+        let mut ids = HashSet::new();
+        for route in routes() {
+            let operations = document["paths"][route.path].as_object().unwrap();
+            for operation in operations.values() {
+                assert!(ids.insert(operation["operationId"].as_str().unwrap().to_owned()));
+                let mut tags = document["tags"].as_array().unwrap().iter();
+                assert!(tags.any(|tag| operation["tags"] == json!([tag["name"]])));
+                assert!(operation["summary"].as_str().is_some_and(|text| !text.is_empty()));
+                assert!(!operation["responses"]["200"]["content"].as_object().unwrap().is_empty());
+            }
+        }
+        let schemas = document["components"]["schemas"].as_object().unwrap();
+        for name in
+            ["Scene", "Camera", "Fog", "GaussiansTerm", "PointLight", "Problem", "FieldError"]
+        {
+            assert!(schemas.contains_key(name), "{name}");
+        }
+        for (name, schema) in schemas {
+            assert!(schema["description"].is_string(), "{name} has no description");
+        }
+    }
+
+    #[test]
+    fn it_is_always_the_same() {
+        assert_eq!(document().to_string(), document().to_string());
+    }
+}

@@ -1,20 +1,27 @@
 //! `GET /v1/openapi.json`: this API, for programs.
 
 use crate::answer::{Fixed, JSON};
-use crate::openapi::{self, Operation};
+use crate::openapi::Operation;
+use axum::Extension;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use schemars::SchemaGenerator;
-use serde_json::json;
-use std::sync::LazyLock;
+use serde_json::{Value, json};
 
-static DOCUMENT: LazyLock<Fixed> = LazyLock::new(|| {
-    Fixed::new(JSON, serde_json::to_vec_pretty(&openapi::document()).unwrap_or_default())
-});
+/// The OpenAPI 3.1 document of all routes, ready to be sent.
+#[derive(Clone)]
+pub struct Document(Fixed);
 
-/// The OpenAPI 3.1 document.
-pub async fn document(headers: HeaderMap) -> Response {
-    DOCUMENT.answer(&headers)
+impl Document {
+    /// From its JSON.
+    pub fn new(json: &Value) -> Self {
+        Self(Fixed::new(JSON, serde_json::to_vec_pretty(json).unwrap_or_default()))
+    }
+}
+
+/// Sends it.
+pub async fn document(Extension(document): Extension<Document>, headers: HeaderMap) -> Response {
+    document.0.answer(&headers)
 }
 
 /// Its documentation.

@@ -1,14 +1,46 @@
 //! The inner loop of the published airlight: depth of blobs along rays, and with it their airlight.
 //! Rays stand in lanes, blobs are walked one by one.
 
-use super::{Crossing, Lit};
+use super::{Crossing, LightSide, Lit};
 use crate::airlight::least_distance;
 use crate::geometry::batch::{Fogged, Rays, Row, SIZE, load3};
+use crate::media::Field;
 use crate::media::gaussians::{BlobList, ExactRay, Seen, not_negative};
 use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::Simd;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
+
+/// What the published airlight needs of one light and every blob, as a kernel reads it.
+pub struct LitBlobs {
+    /// a · (centre − light), and the exponent of f¹.
+    pub blobs: Vec<[f32; 4]>,
+    /// The exponents in f64.
+    pub exponents: Vec<f64>,
+    /// Share of a light's homogeneous part that the blobs let through.
+    pub homogeneous_factor: f64,
+}
+
+impl LitBlobs {
+    /// a · (centre − light) of every blob, and the exponent of f¹.
+    pub fn rows(&self) -> impl Iterator<Item = Vec4> + '_ {
+        self.blobs.iter().copied().map(Vec4::from_array)
+    }
+
+    /// Packs a light's side of the published method.
+    pub fn new(field: &Field, light: DVec3, side: LightSide) -> Self {
+        let blobs = super::blobs(field).iter().zip(&side.exponents).map(|(blob, exponent)| {
+            let from = (blob.center - light) * blob.a;
+            let numbers = [from.x, from.y, from.z, *exponent];
+            numbers.map(|number| number as f32)
+        });
+        Self {
+            blobs: blobs.collect(),
+            exponents: side.exponents,
+            homogeneous_factor: side.homogeneous_factor,
+        }
+    }
+}
 
 /// One light as the airlight kernel reads it.
 pub struct LightRow<'a> {

@@ -18,7 +18,7 @@ mod centers;
 mod lanes;
 
 pub use centers::depths;
-pub use lanes::{LightRow, add_airlight};
+pub use lanes::{LightRow, LitBlobs, add_airlight};
 
 use super::{least_distance, sun2005};
 use crate::geometry::Ray;

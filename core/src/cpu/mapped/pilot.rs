@@ -19,9 +19,6 @@ const UNSEEN: f32 = 1e-4;
 /// Surfaces may be off by so many times what airlight may.
 const DIMMED: f64 = 2.0;
 
-/// Share of a blob, in thin fog, that does not matter to where nodes are placed.
-pub const FAINT: f32 = 1e-5;
-
 /// What rounding leaves where there is no fog: ln β has a floor.
 const NOTHING: f64 = 1e-20;
 

@@ -2,7 +2,6 @@
 
 use super::control::{self, Fields};
 use super::patch::Patch;
-use super::pilot::FAINT;
 use crate::airlight::mapped::OPAQUE;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::tolerance::Tolerance;
@@ -11,6 +10,9 @@ use crate::media::{OnRays, Patched, Profile, Sum};
 
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
 pub const CHECK: [f32; 2] = [0.55, 0.45];
+
+/// Share of a lump, in thin fog, that does not matter to where nodes are placed.
+const FAINT: f32 = 1e-5;
 
 /// A frame's fog before one lamp.
 #[derive(Clone, Copy)]

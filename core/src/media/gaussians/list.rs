@@ -3,14 +3,13 @@
 //! A list holds the fewest blobs such that those left out together weigh less than
 //! [`PICTURE_LOSS`] on any ray of the bundle, or [`RELATIVE_LOSS`] of what any ray gathers.
 
-use super::lanes::PatchBlobs;
 use super::{Blobs, Gaussian, HALF_SQRT_PI, Seen};
 use crate::geometry::batch::{Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::cone::{Cone, ROUNDING};
-use crate::media::{Near, PICTURE_LOSS, Patched, Purpose, RELATIVE_LOSS, Search};
+use crate::media::{PICTURE_LOSS, Purpose, RELATIVE_LOSS, Search};
 use crate::num::{Lanes, Num};
-use crate::progress::{Job, Progress};
+use crate::progress::Progress;
 use crate::vector::V3;
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 use glam::DVec3;
@@ -216,22 +215,6 @@ fn threshold(candidates: &[Candidate], loss: f64) -> usize {
         dropped <= loss
     };
     sums.iter().take_while(fits).count()
-}
-
-impl Near for BlobList {
-    fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
-        self.in_parts(1, job.progress, |list| {
-            dispatch!(job.level, simd => if parallel {
-                add_depth::<_, true>(simd, list, rays, length, depth);
-            } else {
-                add_depth::<_, false>(simd, list, rays, length, depth);
-            });
-        });
-    }
-
-    fn patched(&self) -> Box<dyn Patched> {
-        Box::new(PatchBlobs::new(self))
-    }
 }
 
 impl Packed {

@@ -13,13 +13,18 @@ use blob::Line;
 pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 
-use super::{Along, Common, Medium, Near, Outline, PICTURE_LOSS, Search, TermKind, Ways};
+use super::{
+    Along, Common, Medium, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
+};
 use crate::geometry::Ray;
+use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Checker, Vec3, bounded};
-use fearless_simd::Level;
+use crate::progress::Job;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
+use lanes::PatchBlobs;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
@@ -203,5 +208,21 @@ impl Medium for Blobs {
         /// Bytes of a blob in both trees: two nodes and a place in each.
         const IN_TREES: usize = 136;
         self.all.len() * (size_of::<Gaussian>() + IN_TREES)
+    }
+}
+
+impl Near for BlobList {
+    fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
+        self.in_parts(1, job.progress, |list| {
+            dispatch!(job.level, simd => if parallel {
+                add_depth::<_, true>(simd, list, rays, length, depth);
+            } else {
+                add_depth::<_, false>(simd, list, rays, length, depth);
+            });
+        });
+    }
+
+    fn patched(&self) -> Box<dyn Patched> {
+        Box::new(PatchBlobs::new(self))
     }
 }

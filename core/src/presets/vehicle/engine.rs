@@ -1,7 +1,6 @@
 //! A steam locomotive, built about the middle of its track; it drives towards +x.
 
 use super::super::geometry::{MeshBuilder, along, ball, bezier, lathe, rod, spline, tube};
-use super::gear;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -27,7 +26,7 @@ pub struct Engine {
     pub plates: MeshBuilder,
 }
 
-/// The whole locomotive.
+/// The locomotive but for what it runs on.
 pub fn engine() -> Engine {
     let mut engine = Engine::default();
     boiler(&mut engine);
@@ -35,7 +34,6 @@ pub fn engine() -> Engine {
     headlamp(&mut engine);
     cab(&mut engine.plates);
     pilot(&mut engine);
-    gear::running_gear(&mut engine);
     engine
 }
 

@@ -53,7 +53,8 @@ fn scene() -> Scene {
 }
 
 fn surfaces(random: &mut Random) -> Vec<Surface> {
-    let engine = engine::engine();
+    let mut engine = engine::engine();
+    gear::running_gear(&mut engine);
     let (wall, dark, lit) = shed();
     let lens = lathe(
         &[[0.0, -0.03], [0.2, -0.03], [0.2, 0.0], [0.12, 0.03], [0.0, 0.04]].map(DVec2::from_array),
