@@ -17,7 +17,7 @@ struct View {
     up: vec4<f32>,
     /// Pixels of the full picture across (x) and down (y), of the targets across (z) and down (w).
     size: vec4<f32>,
-    /// rgb: radiance of the veil. w: extinction β₀ of the homogeneous fog [1/m].
+    /// rgb: radiance of the veil. w: unused.
     ambient: vec4<f32>,
     /// x: mean cosine g of the phase function. y: depth at which triangles are cut off in front
     /// [m]. z: exposure by which samples of a pixel are weighed, 0 if all count the same. w:

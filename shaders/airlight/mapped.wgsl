@@ -44,13 +44,13 @@ struct Fields {
     of_blobs: f32,
 }
 
-/// From sums over blobs: x is β, y is T(v, x), z is T(x, s); at the ray parameter `t`, in
-/// homogeneous fog of extinction `beta`, `distance_m` from the light.
-fn fields(sums: vec3<f32>, beta: f32, t: f32, distance_m: f32) -> Fields {
-    let depth = min(sums.y + beta * t, 2.0 * OPAQUE);
-    let log_seen = log(max(sums.x + beta, LEAST_BETA)) - depth;
+/// From sums over blobs: x is β, y is T(v, x), z is T(x, s); and the same of what stands in closed form,
+/// but that z is T(x, s)/d; `distance_m` from the light.
+fn fields(sums: vec3<f32>, haze: vec3<f32>, distance_m: f32) -> Fields {
+    let depth = min(sums.y + haze.y, 2.0 * OPAQUE);
+    let log_seen = log(max(sums.x + haze.x, LEAST_BETA)) - depth;
     let of_blobs = sums.x * num::exp_bounded(-sums.y);
-    return Fields(log_seen, beta + sums.z / max(distance_m, num::LEAST), of_blobs);
+    return Fields(log_seen, haze.z + sums.z / max(distance_m, num::LEAST), of_blobs);
 }
 
 /// k(α) e^(log − mean · d)/d² at distance `aside` along the ray from its point closest to the

@@ -9,7 +9,8 @@
 #import fogbank::airlight::mapped
 #import fogbank::mapped::pixels
 
-/// x: the node's ray parameter [m]. y: logarithm of its weight.
+/// x: the node's place on its section, as a share. y: logarithm of its weight on the ray through the
+/// patch's middle [m].
 var<workgroup> nodes: array<vec2<f32>, 32>;
 /// Fields of a batch: eight rays a node. Logarithms include the nodes' weights.
 var<workgroup> logs: array<f32, 256>;
@@ -37,10 +38,17 @@ fn most_of(node: u32) -> f32 {
     return most + 0.5;
 }
 
-/// A node of the batch at one place of the patch.
-fn airlight(node: u32, g: f32, share: pixels::Shares, toward: lamp::ToLight) -> f32 {
+/// A node of the batch at one place of the patch, whose ray has the section from `chart.x` on, a share of
+/// 1 being `chart.y` long [m].
+fn airlight(
+    node: u32,
+    g: f32,
+    share: pixels::Shares,
+    toward: lamp::ToLight,
+    chart: vec2<f32>,
+) -> f32 {
     let log_seen = min(log_between(node, share), node_most[node]);
-    let aside = nodes[node].x - toward.closest;
+    let aside = chart.x + chart.y * nodes[node].x - toward.closest;
     return mapped::scattered(g, toward, aside, log_seen, mean_between(node, share));
 }
 

@@ -8,6 +8,7 @@
 #import fogbank::bundle
 #import fogbank::lamp
 #import fogbank::tile
+#import fogbank::haze
 #import fogbank::media::gaussians
 #ifdef MISSING
 #import fogbank::sparse
@@ -51,7 +52,8 @@ fn measure(
         }
     }
     if view::is_inside(frame, pixel) {
-        store(pixel, select(0.0, depth, sees), select(0.0, way.length_m, sees));
+        let rest = haze::depth(way.origin, way.direction, way.length_m);
+        store(pixel, select(0.0, depth, sees), select(0.0, rest, sees));
     }
 }
 
@@ -98,11 +100,11 @@ fn cull(first: u32, place: u32, between: bundle::Bundle) {
     workgroupBarrier();
 }
 
-fn store(pixel: vec2<u32>, depth: f32, length_m: f32) {
+fn store(pixel: vec2<u32>, depth: f32, rest: f32) {
     let pixels = u32(frame.size.z) * u32(frame.size.w);
     let at = part.range.w * pixels + view::index_of(frame, pixel);
     if part.range.x == 0u {
-        depths[at] = depth + frame.ambient.w * length_m;
+        depths[at] = depth + rest;
     } else {
         depths[at] += depth;
     }

@@ -18,6 +18,7 @@
 #import fogbank::bundle
 #import fogbank::lamp
 #import fogbank::tile
+#import fogbank::haze
 #import fogbank::media::gaussians
 #import fogbank::airlight::mapped
 #import fogbank::mapped::pilot
@@ -68,10 +69,14 @@ struct Scope {
     dense: vec2<f32>,
 }
 
-/// A part of the rays' way.
+/// A part of the rays' way, on which the fog is smooth.
 struct Piece {
+    /// Where it begins and ends at the earliest and the latest [m].
     begin: f32,
     end: f32,
+    /// The edges of the fog that cut it where it begins and where it ends, if any does.
+    low: u32,
+    high: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: view::View;
@@ -96,6 +101,8 @@ struct Piece {
 @group(0) @binding(11) var<storage, read> patches: Patches;
 @group(0) @binding(12) var<storage, read_write> parts: Parts;
 
+/// No edge at all.
+const UNCUT: u32 = 0xffffffffu;
 /// Workgroups of a row of a dispatch.
 const ACROSS: u32 = 32768u;
 /// Nodes that are taken at once, and of the smallest rule.
@@ -133,8 +140,10 @@ fn add(
     let rays = bundle::of_view(frame, area.xy, area.zw, longest);
     let fog = fog_around(place, rays, longest);
     let scope = scope_of(place, area, rays, fog, side == 1u);
-    let haze = frame.ambient.w * min(longest, max(fog.end, 0.0));
-    let hides = sqrt(fog.hidden) > limits.whole.y * min(fog.depth + haze, 1.0);
+    let middle = patch::ray_at(frame, area, vec2<f32>(0.0));
+    let among = min(longest, max(fog.end, 0.0));
+    let hidden_by = haze::depth(middle.offset, middle.direction, among);
+    let hides = sqrt(fog.hidden) > limits.whole.y * min(fog.depth + hidden_by, 1.0);
     let is_coarse = hides || patch::is_wide(frame, area, limits.whole.z);
     let is_near = patch::is_near(frame, area, light, longest, limits.whole.x);
 
@@ -232,23 +241,23 @@ fn scope_of(
     fog: around::Fog,
     is_last: bool,
 ) -> Scope {
-    let beta = frame.ambient.w;
+    let beta = haze::bounds();
     let dense = vec2<f32>(fog.begin, fog.end);
     var scope = Scope(area, rays, is_last, fog.begin, fog.end, dense);
-    if beta > 0.0 {
-        // What is the same everywhere hides the rest of a long ray by itself.
+    if beta.y > 0.0 {
+        // What is everywhere hides the rest of a long ray by itself.
         scope.begin = 0.0;
-        scope.end = min(rays.length_m, mapped::OPAQUE / beta);
+        scope.end = min(rays.length_m, mapped::OPAQUE / max(beta.x, mapped::LEAST_BETA));
     }
     let is_dense = dense.x < min(dense.y, scope.end);
-    if is_dense && fog.most + beta * scope.end > mapped::OPAQUE {
+    if is_dense && fog.most + beta.y * scope.end > mapped::OPAQUE {
         scope.end = opaque_from(place, scope);
     }
     return scope;
 }
 
 /// Where nothing behind is seen any more on any of the eight rays: looked for at 32 places among the
-/// blobs, else behind them, where only homogeneous fog is left.
+/// blobs, else behind them, where only haze is left.
 fn opaque_from(place: u32, scope: Scope) -> f32 {
     let slot = place / pixels::CONTROL;
     let ray = control_ray(scope, place);
@@ -258,12 +267,12 @@ fn opaque_from(place: u32, scope: Scope) -> f32 {
         atomicStore(&thinnest[place], 0x7f7fffffu);
     }
     workgroupBarrier();
-    let depth = view_sums(ray, t, ALL).y + frame.ambient.w * t;
+    let depth = view_sums(ray, t, ALL).y + haze::depth(ray.offset, ray.direction, t);
     // Positive numbers are ordered as their bits are.
     atomicMin(&thinnest[slot], bitcast<u32>(max(depth, 0.0)));
     workgroupBarrier();
     let rest = mapped::OPAQUE - bitcast<f32>(atomicLoad(&thinnest[BATCH - 1u]));
-    var end = min(scope.end, last + max(rest, 0.0) / max(frame.ambient.w, mapped::LEAST_BETA));
+    var end = min(scope.end, last + max(rest, 0.0) / max(haze::bounds().x, mapped::LEAST_BETA));
     if bitcast<f32>(atomicLoad(&thinnest[slot])) > mapped::OPAQUE {
         end = t;
     }
@@ -288,17 +297,110 @@ fn of_lamp(place: u32, own: Own, scope: Scope, light: lamp::Lamp) -> vec2<f32> {
         waits = waits && !member;
         var value = vec2<f32>(0.0);
         if first - scope.begin > 1e-6 * first {
-            value = head_airlight(place, own, scope, light, Piece(scope.begin, first), member);
+            value = heads_airlight(place, own, scope, light, first, member);
+        }
+        if !scope.is_last && passes_edges(place, scope, scope.begin, first, last) {
+            value.y = 1.0;
         }
         if value.y == 0.0 && last - first > 1e-5 * (last - scope.begin) {
-            value.x += tail_airlight(place, own, scope, light, Piece(first, last), member);
+            let piece = Piece(first, last, UNCUT, UNCUT);
+            value.x += tail_airlight(place, own, scope, light, piece, member);
         }
         result = select(result, value, member);
     }
     return select(result, vec2<f32>(0.0, 1.0), waits);
 }
 
-/// x: airlight of the head along a member's ray. y: 1 if quadratics miss the fields.
+/// x: airlight before the first end along a member's ray, section by section. y: 1 if quadratics miss
+/// the fields.
+fn heads_airlight(
+    place: u32,
+    own: Own,
+    scope: Scope,
+    light: lamp::Lamp,
+    first: f32,
+    member: bool,
+) -> vec2<f32> {
+    let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
+    var sum = vec2<f32>(0.0);
+    var piece = Piece(scope.begin, first, UNCUT, UNCUT);
+    // No more sections than there are edges, and one.
+    for (var i = 0u; i <= haze::edge_count(); i++) {
+        piece.high = next_edge(middle, place_on(piece, middle).x, first);
+        let ends = place_on(piece, middle);
+        if ends.y - ends.x > 1e-6 * first {
+            sum += head_airlight(place, own, scope, light, piece, member);
+        }
+        if piece.high == UNCUT {
+            break;
+        }
+        piece.low = piece.high;
+        piece.high = UNCUT;
+    }
+    return vec2<f32>(sum.x, min(sum.y, 1.0));
+}
+
+/// The edge of the fog that a ray passes next between two ray parameters.
+fn next_edge(ray: view::Ray, begin: f32, end: f32) -> u32 {
+    var next = UNCUT;
+    var at = end;
+    for (var i = 0u; i < haze::edge_count(); i++) {
+        let t = haze::edge(i, ray.offset, ray.direction);
+        if t > begin && t < at {
+            at = t;
+            next = i;
+        }
+    }
+    return next;
+}
+
+/// Whether some of the eight rays passes edges of the fog that others do not pass before the first end,
+/// or passes any between the ends.
+fn passes_edges(place: u32, scope: Scope, begin: f32, first: f32, last: f32) -> bool {
+    let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
+    let ray = control_ray(scope, place);
+    var differs = 0.0;
+    for (var i = 0u; i < haze::edge_count(); i++) {
+        let own = haze::edge(i, ray.offset, ray.direction);
+        let t = haze::edge(i, middle.offset, middle.direction);
+        let is_passed = t > begin && t < first;
+        if (own > begin && own < first) != is_passed || (own > first && own < last) {
+            differs = 1.0;
+        }
+    }
+    return tile::largest(place, vec4<f32>(differs)).x > 0.0;
+}
+
+fn is_uncut(piece: Piece) -> bool {
+    return piece.low == UNCUT && piece.high == UNCUT;
+}
+
+/// Where a piece begins and ends on a ray [m].
+fn place_on(piece: Piece, ray: view::Ray) -> vec2<f32> {
+    var ends = vec2<f32>(piece.begin, piece.end);
+    if piece.low != UNCUT {
+        ends.x = clamp(haze::edge(piece.low, ray.offset, ray.direction), piece.begin, piece.end);
+    }
+    if piece.high != UNCUT {
+        ends.y = clamp(haze::edge(piece.high, ray.offset, ray.direction), ends.x, piece.end);
+    }
+    return ends;
+}
+
+/// Where the share 0 of a piece is on a ray, and what a share of 1 is long there [m]. Shares of a piece
+/// that no edge cuts are ray parameters.
+fn chart_on(piece: Piece, ray: view::Ray) -> vec2<f32> {
+    let ends = place_on(piece, ray);
+    return select(vec2<f32>(ends.x, ends.y - ends.x), vec2<f32>(0.0, 1.0), is_uncut(piece));
+}
+
+/// ln of what a node's weight grows by from the middle ray to another.
+fn log_stretch(scope: Scope, piece: Piece, chart: vec2<f32>) -> f32 {
+    let middle = chart_on(piece, patch::ray_at(frame, scope.area, vec2<f32>(0.0)));
+    return num::log_bounded(chart.y / max(middle.y, num::LEAST));
+}
+
+/// x: airlight of a head along a member's ray. y: 1 if quadratics miss the fields.
 fn head_airlight(
     place: u32,
     own: Own,
@@ -310,33 +412,36 @@ fn head_airlight(
     let g = frame.optics.x;
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let map = map_along(place, scope, middle, light, piece);
-    let of_blobs = depth_at_end(place, middle, piece);
-    let through = of_blobs + frame.ambient.w * piece.end;
+    let ends = place_on(piece, middle);
+    let before = depth_before(place, middle, piece);
+    let of_blobs = depth_to(place, middle, ends.y);
+    let through = of_blobs + haze::depth(middle.offset, middle.direction, ends.y);
     let is_clear = num::absorptance(through) <= mapped::CLEAR;
     var size = BATCH;
     if !is_clear {
-        size = size_of(place, middle, light, map, num::absorptance(of_blobs));
+        size = size_of(place, middle, light, map, piece, removed_by(before, of_blobs));
     }
 
     let toward = to_light(light, own.ray);
+    let chart = chart_on(piece, own.ray);
     var sum = 0.0;
     // Along the ninth ray: the airlight as it is and as it would be, and what blobs remove there.
     var compared = vec3<f32>(0.0);
     for (var first = 0u; first < size; first += BATCH) {
-        place_nodes(place, map, size, first);
-        fill_batch(place, scope, light);
+        place_nodes(place, map, size, first, chart_on(piece, middle));
+        fill_batch(place, scope, light, piece);
         compared += on_ninth(place, scope, light, piece);
         if member {
             for (var j = 0u; j < BATCH; j++) {
-                sum += batch::airlight(j, g, own.share, toward);
+                sum += batch::airlight(j, g, own.share, toward, chart);
             }
         }
     }
     // Eight invocations hold each node's values.
     let ninth = tile::total(place, vec4<f32>(compared, 0.0)).xyz / 8.0;
-    let removed = num::absorptance(
-        depth_at_end(place, patch::ray_at(frame, scope.area, pixels::CHECK), piece),
-    );
+    let checked = patch::ray_at(frame, scope.area, pixels::CHECK);
+    let behind = depth_to(place, checked, place_on(piece, checked).y);
+    let removed = removed_by(depth_before(place, checked, piece), behind);
     let misses = abs(ninth.z - removed) > limits.rule.y * removed + mapped::NOTHING;
     let differs = abs(ninth.x - ninth.y) > limits.whole.w * ninth.x;
     let rough = through > UNSEEN && (differs || misses);
@@ -350,31 +455,37 @@ fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec3<f
     let ray = patch::ray_at(frame, scope.area, pixels::CHECK);
     let toward = to_light(light, ray);
     let node = batch::nodes[place / 8u];
-    let at = fields_of_eight(place, ray, light, node.x);
+    let chart = chart_on(piece, ray);
+    let t = chart.x + chart.y * node.x;
+    let log_weight = node.y + log_stretch(scope, piece, chart);
+    let at = fields_of_eight(place, ray, light, t);
     return vec3<f32>(
-        mapped::scattered(g, toward, node.x - toward.closest, at.log_seen + node.y, at.mean),
-        batch::airlight(place / 8u, g, pixels::shares(pixels::CHECK), toward),
-        at.of_blobs * num::exp_bounded(node.y),
+        mapped::scattered(g, toward, t - toward.closest, at.log_seen + log_weight, at.mean),
+        batch::airlight(place / 8u, g, pixels::shares(pixels::CHECK), toward, chart),
+        at.of_blobs * num::exp_bounded(log_weight),
     );
 }
 
-/// Places a batch of a rule's nodes.
-fn place_nodes(place: u32, map: mapped::Map, size: u32, first: u32) {
+/// Places a batch of a rule's nodes, as shares of a section of the middle ray.
+fn place_nodes(place: u32, map: mapped::Map, size: u32, first: u32, chart: vec2<f32>) {
     // The last batch has been read.
     workgroupBarrier();
     if place < BATCH {
         let rule = rules[size - BATCH + first + place];
         let solved = mapped::solve(map, rule.x);
-        batch::nodes[place] = vec2<f32>(solved.x, num::log_bounded(rule.y / solved.y));
+        let share = (solved.x - chart.x) / max(chart.y, num::LEAST);
+        batch::nodes[place] = vec2<f32>(share, num::log_bounded(rule.y / solved.y));
     }
     workgroupBarrier();
 }
 
 /// Evaluates the fields of a batch on the eight rays.
-fn fill_batch(place: u32, scope: Scope, light: lamp::Lamp) {
+fn fill_batch(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) {
     let node = batch::nodes[place / pixels::CONTROL];
-    let at = fields_at(control_ray(scope, place), light, node.x);
-    batch::fill(place, at.log_seen + node.y, at.mean);
+    let ray = control_ray(scope, place);
+    let chart = chart_on(piece, ray);
+    let at = fields_at(ray, light, chart.x + chart.y * node.x);
+    batch::fill(place, at.log_seen + node.y + log_stretch(scope, piece, chart), at.mean);
 }
 
 /// Airlight of the tail along a member's ray.
@@ -425,19 +536,33 @@ fn map_along(
 ) -> mapped::Map {
     let g = frame.optics.x;
     let toward = to_light(light, ray);
-    let dense = select(vec2<f32>(piece.begin, piece.end), scope.dense, scope.dense.x < scope.dense.y);
-    let probe = pilot::probe(place, piece.begin, piece.end, dense, toward);
+    let ends = place_on(piece, ray);
+    let dense = select(ends, scope.dense, scope.dense.x < scope.dense.y);
+    let probe = pilot::probe(place, ends.x, ends.y, dense, toward);
     let at = fields_of_eight(place, ray, light, probe.at);
     let deserves = mapped::weight_of(g, toward, probe.at - toward.closest, at);
     let lumps = pilot::lumps(place, probe, deserves);
-    let inner = clamp(scope.dense, vec2<f32>(piece.begin), vec2<f32>(piece.end));
-    return mapped::map_of(g, piece.begin, piece.end, toward, lumps.low, lumps.high, inner);
+    let inner = clamp(scope.dense, vec2<f32>(ends.x), vec2<f32>(ends.y));
+    return mapped::map_of(g, ends.x, ends.y, toward, lumps.low, lumps.high, inner);
 }
 
-/// T of the blobs along a ray to the end of the piece.
-fn depth_at_end(place: u32, ray: view::Ray, piece: Piece) -> f32 {
-    let share = view_sums(ray, piece.end, 1u << (place % 32u)).y;
+/// T of the blobs along a ray to a ray parameter [m].
+fn depth_to(place: u32, ray: view::Ray, t: f32) -> f32 {
+    let share = view_sums(ray, t, 1u << (place % 32u)).y;
     return tile::total_of(place, 32u, vec4<f32>(share)).x;
+}
+
+/// T of the blobs to where a piece begins; none where no edge cuts it.
+fn depth_before(place: u32, ray: view::Ray, piece: Piece) -> f32 {
+    if piece.low == UNCUT {
+        return 0.0;
+    }
+    return depth_to(place, ray, place_on(piece, ray).x);
+}
+
+/// Share of the light that blobs remove between two depths.
+fn removed_by(before: f32, behind: f32) -> f32 {
+    return num::exp_bounded(-before) * num::absorptance(max(behind - before, 0.0));
 }
 
 /// How many nodes are enough: the coarsest rule that agrees with the next along a ray, and that
@@ -447,12 +572,14 @@ fn size_of(
     ray: view::Ray,
     light: lamp::Lamp,
     map: mapped::Map,
+    piece: Piece,
     removed: f32,
 ) -> u32 {
     let toward = to_light(light, ray);
+    let chart = chart_on(piece, ray);
     var coarse = vec2<f32>(-1.0);
     for (var size = BATCH; size <= LARGEST_RULE; size *= 2u) {
-        let fine = rule_sums(place, ray, light, toward, map, size);
+        let fine = rule_sums(place, ray, light, toward, map, size, chart);
         let agree = abs(fine.x - coarse.x) <= limits.rule.x * fine.x;
         if agree && abs(coarse.y - removed) <= limits.rule.y * removed + mapped::NOTHING {
             return size / 2u;
@@ -470,14 +597,16 @@ fn rule_sums(
     toward: lamp::ToLight,
     map: mapped::Map,
     size: u32,
+    chart: vec2<f32>,
 ) -> vec2<f32> {
     var sums = vec2<f32>(0.0);
     for (var first = 0u; first < size; first += BATCH) {
-        place_nodes(place, map, size, first);
+        place_nodes(place, map, size, first, chart);
         let node = batch::nodes[place / 8u];
-        let at = fields_of_eight(place, ray, light, node.x);
+        let t = chart.x + chart.y * node.x;
+        let at = fields_of_eight(place, ray, light, t);
         let log_seen = at.log_seen + node.y;
-        let aside = node.x - toward.closest;
+        let aside = t - toward.closest;
         sums += vec2<f32>(
             mapped::scattered(frame.optics.x, toward, aside, log_seen, at.mean),
             at.of_blobs * num::exp_bounded(node.y),
@@ -523,7 +652,7 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
         rows = rows.yzwx;
     }
     let depth = max(mean, 0.0) * at.seen * distance_m;
-    return mapped::fields(vec3<f32>(sums.xy, depth), frame.ambient.w, t, distance_m);
+    return mapped::fields(vec3<f32>(sums.xy, depth), haze_at(ray, light, t), distance_m);
 }
 #else
 /// β, T from the eye and T from the light at a place of a ray, over the blobs of a mask.
@@ -541,9 +670,19 @@ fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec3<f32> {
 
 fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
     let distance_m = distance(ray.offset + t * ray.direction, light.position.xyz);
-    return mapped::fields(sums, frame.ambient.w, t, distance_m);
+    return mapped::fields(sums, haze_at(ray, light, t), distance_m);
 }
 #endif
+
+/// β, T from the eye and T/d from the light of what stands in closed form.
+fn haze_at(ray: view::Ray, light: lamp::Lamp, t: f32) -> vec3<f32> {
+    let point = ray.offset + t * ray.direction;
+    return vec3<f32>(
+        haze::extinction(point),
+        haze::depth(ray.offset, ray.direction, t),
+        haze::mean(point, light.position.xyz),
+    );
+}
 
 /// β and T from the eye.
 fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec2<f32> {

@@ -1,6 +1,6 @@
 // Radiance that the surface seen by every pixel sends towards the eye: its own, and what it
-// reflects of the lamps, each dimmed by the fog between. Without BLOBS that fog is the homogeneous
-// one alone; with LOW most depths come from a draft's low resolution. Added to the target, so that
+// reflects of the lamps, each dimmed by the fog between. Without BLOBS that fog is what
+// stands in closed form; with LOW most depths come from a draft's low resolution. Added to the target, so that
 // lamps may be taken in several passes.
 //
 // Twin: surface_radiance in core/src/cpu/shade.rs.
@@ -9,6 +9,7 @@
 #import fogbank::view
 #import fogbank::lamp
 #import fogbank::sparse
+#import fogbank::haze
 #import fogbank::surface::attenuated
 
 @group(0) @binding(0) var<uniform> frame: view::View;
@@ -50,7 +51,7 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     for (var i = part.range.x; i < part.range.y; i++) {
         let light = lamps[i];
         let toward = light.position.xyz - point;
-        var depth = depth_of(i, pixel, toward);
+        var depth = depth_of(i, pixel, point, toward);
 #ifdef LOW
         depth += low_depth(i, around, weights);
 #endif
@@ -70,12 +71,12 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 }
 
 /// T(s, p) of a lamp at the pixel's surface.
-fn depth_of(place: u32, pixel: vec2<u32>, toward: vec3<f32>) -> f32 {
+fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -> f32 {
 #ifdef BLOBS
     let pixels = u32(frame.size.z) * u32(frame.size.w);
     return depths[(place - part.range.x) * pixels + view::index_of(frame, pixel)];
 #else
-    return frame.ambient.w * length(toward);
+    return haze::mean(point, point + toward) * length(toward);
 #endif
 }
 

@@ -1,6 +1,7 @@
 //! What a frame's passes read, brought to the device: the scene's lists relative to the camera, and
 //! its triangles, which are kept while the surfaces stay the same.
 
+use super::compose::HAZE_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
     self, Anchor, Blob, Extent, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View,
@@ -16,7 +17,7 @@ use crate::quadrature::gauss_legendre;
 use crate::shapes::{Geometry, Solid};
 use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
 use std::sync::LazyLock;
-use wgpu::BufferUsages;
+use wgpu::{BindingResource, BufferUsages};
 
 /// Depth at which triangles are cut off in front of the camera [m].
 const CUT_OFF: f32 = 1e-5;
@@ -98,6 +99,8 @@ pub struct Lists {
     pub shape_count: u32,
     /// Lights.
     pub lamps: Buffer,
+    /// The media that stand in closed form, one list each.
+    haze: Vec<Buffer>,
     /// Gaussians.
     pub blobs: Buffer,
     /// For the published airlight: what each light does to each of them.
@@ -142,18 +145,29 @@ impl Lists {
         let shift = (context.geometry.anchor - position).as_vec3();
         let anchor = layout::one(&Anchor { shift: shift.extend(0.0) });
         let shapes = shapes(context.geometry, position);
+        let rows = context.field.media().rows(position).into_iter();
         let lit: Vec<Vec4> = context.lit_blobs.iter().flat_map(|lit| lit.rows()).collect();
         Ok(Self {
             anchor: device.filled(&anchor, BufferUsages::UNIFORM)?,
             shape_count: shapes.len() as u32,
             shapes: list(layout::list(shapes))?,
             lamps: list(layout::list(lamps(context)))?,
+            haze: rows.map(|(_, rows)| list(layout::list(rows))).collect::<Result<_, _>>()?,
             blobs: list(layout::list(blobs(context)))?,
             lit: list(layout::list(lit))?,
             materials: list(layout::list(materials(context)))?,
             rules: device.filled(&RULES, BufferUsages::STORAGE)?,
             tolerance: device.filled(&layout::one(&tolerance(context)), BufferUsages::UNIFORM)?,
         })
+    }
+}
+
+impl Lists {
+    /// What `fogbank::haze` reads, under its numbers.
+    pub fn haze(&self) -> impl Iterator<Item = (u32, BindingResource<'_>)> {
+        (HAZE_BINDING..)
+            .zip(&self.haze)
+            .map(|(binding, list)| (binding, list.handle.as_entire_binding()))
     }
 }
 
@@ -238,7 +252,7 @@ pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> Vie
         right: right.as_vec3().extend(sample.x as f32),
         up: up.as_vec3().extend(sample.y as f32),
         size: Vec4::new(width, height, targets.width as f32, targets.height as f32),
-        ambient: Vec4::new(r, g, b, context.field.media().homogeneous.beta as f32),
+        ambient: Vec4::new(r, g, b, 0.0),
         optics: Vec4::new(context.phase.g as f32, CUT_OFF, weighing, exposure),
         counts: UVec4::new(u32::from(viewpoint.parallel), counts[0], counts[1], counts[2]),
     }

@@ -1,10 +1,13 @@
 //! The shaders, put together from `shaders/`: a pass with the media, the airlight and the surface
 //! model that it works with. What is put together names a pipeline; nothing is chosen at run time.
 
+use crate::media::Media;
 use crate::request::{Layer, Tonemap};
+use glam::DVec3;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
 };
+use std::sync::LazyLock;
 use wgpu::naga::Module;
 
 macro_rules! sources {
@@ -12,6 +15,57 @@ macro_rules! sources {
         [$(($path, include_str!(concat!("../../../shaders/", $path, ".wgsl")))),*]
     };
 }
+
+/// The number of the first binding of [`haze`], a list a medium; behind those of every pass.
+pub const HAZE_BINDING: u32 = 20;
+
+/// The module `fogbank::haze`, which sums up the media that stand in closed form, row by row.
+static HAZE: LazyLock<String> = LazyLock::new(|| {
+    let media = Media::default().rows(DVec3::ZERO);
+    let stems = || media.iter().map(|(stem, _)| *stem);
+    let each = |text: &str| stems().map(|stem| text.replace("STEM", stem)).collect::<String>();
+    let sum = |name: &str, parameters: &str, arguments: &str, kind: &str| {
+        let loops = each(&format!(
+            "    for (var i = 0u; i < arrayLength(&STEM_rows); i++) {{
+        sum += STEM::{name}(STEM_rows[i]{arguments});
+    }}\n"
+        ));
+        format!(
+            "fn {name}({parameters}) -> {kind} {{\n    var sum = {kind}(0.0);\n{loops}    return sum;\n}}\n"
+        )
+    };
+    let bindings = stems().zip(HAZE_BINDING..).map(|(stem, binding)| {
+        format!(
+            "@group(0) @binding({binding}) var<storage, read> {stem}_rows: array<{stem}::Row>;\n"
+        )
+    });
+    [
+        "#define_import_path fogbank::haze\n".to_owned(),
+        each("#import fogbank::media::STEM\n"),
+        bindings.collect(),
+        sum("extinction", "point: vec3<f32>", ", point", "f32"),
+        sum("mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
+        sum("bounds", "", "", "vec2<f32>"),
+        "fn depth(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
+    return length_m * mean(origin, origin + length_m * direction);
+}\n"
+            .to_owned(),
+        "fn edge_count() -> u32 {\n    var count = 0u;\n".to_owned(),
+        each("    count += STEM::EDGES * arrayLength(&STEM_rows);\n"),
+        "    return count;\n}\n".to_owned(),
+        "fn edge(which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {\n    var i = which;\n"
+            .to_owned(),
+        each(
+            "    if i < STEM::EDGES * arrayLength(&STEM_rows) {
+        let row = STEM_rows[i / max(STEM::EDGES, 1u)];
+        return STEM::edge(row, i % max(STEM::EDGES, 1u), origin, direction);
+    }
+    i -= STEM::EDGES * arrayLength(&STEM_rows);\n",
+        ),
+        "    return -1.0;\n}\n".to_owned(),
+    ]
+    .concat()
+});
 
 /// What passes import, each behind what it imports itself.
 const MODULES: &[(&str, &str)] = &sources![
@@ -69,8 +123,8 @@ passes! {
     Triangles = "triangles",
     /// First hits of planes, spheres and boxes.
     Shapes = "shapes",
-    /// Homogeneous fog along view rays.
-    Homogeneous = "homogeneous",
+    /// What stands in closed form along view rays.
+    Haze = "haze",
     /// Blobs along view rays, as quads that add up.
     BlobQuads = "blob_quads",
     /// Blobs along view rays, tile by tile.
@@ -130,7 +184,7 @@ fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
         Pass::Triangles | Pass::Shapes => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
-        Pass::Homogeneous => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
+        Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
         Pass::BlobQuads => vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]]],
         Pass::BlobTiles => {
             vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
@@ -172,7 +226,9 @@ pub fn compositions() -> Vec<Composition> {
 /// What is wrong with the text, and where.
 pub fn module(key: &Composition) -> Result<Module, String> {
     let mut composer = Composer::default();
-    for (path, source) in MODULES {
+    let modules = MODULES.iter().copied();
+    // The media stand in front of the sum of them, and passes behind.
+    for (path, source) in modules.chain([("haze", HAZE.as_str())]) {
         let descriptor =
             ComposableModuleDescriptor { source, file_path: path, ..Default::default() };
         let added = composer.add_composable_module(descriptor).map(drop);

@@ -151,7 +151,7 @@ impl<'a> Recorder<'a> {
             self.encoder.clear_buffer(&computed.handle, 0, None);
         }
         if self.context.shows_fog() {
-            self.homogeneous()?;
+            self.haze()?;
             self.blobs()?;
         }
         if self.context.is_mapped() {

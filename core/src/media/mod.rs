@@ -20,7 +20,7 @@ use crate::json::Checker;
 use crate::json::tagged::tagged;
 use crate::progress::Job;
 use fearless_simd::Level;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use std::fmt::Debug;
 
 /// Declares the media: the union of terms that a scene may hold, and the sum that they come to.
@@ -73,6 +73,12 @@ macro_rules! media {
                     let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>());
                 )*
                 Self { $($stem),* }
+            }
+
+            /// The files in `shaders/media/` of those that stand there in closed form, and what they read.
+            pub fn rows(&self, camera: DVec3) -> Vec<(&'static str, Vec<Vec4>)> {
+                let rows = [$((stringify!($stem), self.$stem.rows(camera))),*];
+                rows.into_iter().filter_map(|(stem, rows)| Some((stem, rows?))).collect()
             }
 
             /// Each of them.
@@ -163,6 +169,12 @@ pub trait Medium: Debug + Send + Sync {
     /// What a table of T around a light must resolve of its lumps.
     fn outline(&self, _light: DVec3) -> Outline {
         Outline::default()
+    }
+
+    /// What its shader reads, relative to a camera, if that sums it up in closed form: rows of four
+    /// numbers.
+    fn rows(&self, _camera: DVec3) -> Option<Vec<Vec4>> {
+        None
     }
 
     /// Bytes that it takes besides its own, near enough.

@@ -7,18 +7,20 @@ use crate::gpu::device::Failure;
 use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
 
 impl Recorder<'_> {
-    /// The homogeneous fog; clears the fog's target.
-    pub fn homogeneous(&mut self) -> Result<(), Failure> {
+    /// What stands in closed form; clears the fog's target.
+    pub fn haze(&mut self) -> Result<(), Failure> {
         let published = matches!(self.context.method, Method::Sun2005 | Method::Fogshop2007);
         let is_lit = published && self.context.shows_airlight() && !self.context.lamps.is_empty();
         let defines: &[&str] = if is_lit { &["AIRLIGHT_SUN2005"] } else { &[] };
-        let pipeline = self.pipeline(Pass::Homogeneous, &[defines])?;
+        let pipeline = self.pipeline(Pass::Haze, &[defines])?;
         let targets = &self.targets;
-        let entries = [all(0, &self.view), texture(1, &targets.hits), all(2, &self.lists.lamps)];
+        let mut entries =
+            vec![all(0, &self.view), texture(1, &targets.hits), all(2, &self.lists.lamps)];
+        entries.extend(self.lists.haze());
         let bind = pipeline.bind(&self.gpu.device, &entries);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[attachment(&targets.fog, clearing(true))],
-            timestamp_writes: self.timer.render("homogeneous"),
+            timestamp_writes: self.timer.render("haze"),
             ..Default::default()
         });
         draw(&mut pass, &pipeline, &bind, COVER);

@@ -61,6 +61,7 @@ impl Recorder<'_> {
                 all(5, &lists.lamps),
                 texture(6, &targets.surfaces),
             ];
+            let entries: Vec<_> = entries.into_iter().chain(lists.haze()).collect();
             let bind = pipeline.bind(&self.gpu.device, &entries);
             self.dispatch("light_depth", &pipeline, &bind, grid);
             self.kept.push(span);
@@ -85,6 +86,7 @@ impl Recorder<'_> {
             all(4, &lists.materials),
             all(5, &span),
         ];
+        entries.extend(lists.haze());
         entries.extend(depths.iter().map(|Depths { resolution, values }| {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
         }));

@@ -102,6 +102,7 @@ impl Recorder<'_> {
             all(11, now),
             all(12, next),
         ];
+        entries.extend(lists.haze());
         if let Some(table) = table {
             entries.extend([all(9, &table.extent), all(10, &table.means)]);
         }

@@ -1,11 +1,12 @@
-// Optical depth of the homogeneous fog along every view ray, and with AIRLIGHT_SUN2005 the airlight
-// of the lamps in it; both are added to what stands in the target.
+// Optical depth along every view ray of the media in closed form, and with AIRLIGHT_SUN2005 the
+// airlight of the lamps in fog that is the same everywhere; both are added to what stands in the
+// target.
 //
 // Twin: along and add_homogeneous in core/src/cpu/fog.rs.
 
 #import fogbank::view
 #import fogbank::lamp
-#import fogbank::media::homogeneous
+#import fogbank::haze
 #import fogbank::airlight::sun2005
 
 @group(0) @binding(0) var<uniform> frame: view::View;
@@ -23,10 +24,10 @@ fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<u32>(at.xy);
     let length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
-    let beta = frame.ambient.w;
+    let ray = view::ray_of(frame, pixel);
     var airlight = vec3<f32>(0.0);
 #ifdef AIRLIGHT_SUN2005
-    let ray = view::ray_of(frame, pixel);
+    let beta = haze::bounds().x;
     for (var i = 0u; i < frame.counts.w; i++) {
         let light = lamps[i];
         let toward = light.position.xyz - ray.offset;
@@ -34,5 +35,5 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         airlight += value * light.intensity.w * light.scattered.rgb;
     }
 #endif
-    return vec4<f32>(airlight, homogeneous::optical_depth(beta, length_m));
+    return vec4<f32>(airlight, haze::depth(ray.offset, ray.direction, length_m));
 }

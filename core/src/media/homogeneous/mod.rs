@@ -11,7 +11,7 @@ use crate::json::{Checker, Code, limits};
 use crate::progress::Job;
 use crate::num::{Lanes, Num};
 use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -166,6 +166,10 @@ impl Medium for Haze {
 
     fn least(&self, length_m: f64) -> f64 {
         self.beta * length_m
+    }
+
+    fn rows(&self, _camera: DVec3) -> Option<Vec<Vec4>> {
+        Some(vec![Vec4::new(self.beta as f32, 0.0, 0.0, 0.0)])
     }
 
     fn bytes(&self) -> usize {
