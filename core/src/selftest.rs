@@ -7,6 +7,7 @@ use crate::frame::Frame;
 use crate::frame::samples::CENTER;
 use crate::frame::viewpoint::Viewpoint;
 use crate::gpu::Gpu;
+use crate::media::KINDS;
 use crate::presets;
 use crate::progress::{Interrupted, Progress};
 use crate::request::{Layer, ProbeRay, Quality, Tonemap, View};
@@ -78,37 +79,35 @@ pub struct ModelReport {
 struct Trial {
     model: &'static str,
     layer: Layer,
-    fog: &'static str,
+    fog: String,
 }
 
-const TRIALS: [Trial; 6] = [
-    Trial {
-        model: "homogeneous",
-        layer: Layer::OpticalDepth,
-        fog: r#"{"terms": [{"kind": "homogeneous", "extinction": 0.05}]}"#,
-    },
-    Trial { model: "gaussians", layer: Layer::OpticalDepth, fog: MIXED },
-    Trial {
-        model: "sun2005",
-        layer: Layer::Airlight,
-        fog: r#"{"airlight": "sun2005", "terms": [{"kind": "homogeneous", "extinction": 0.05}]}"#,
-    },
-    Trial { model: "fogshop2007", layer: Layer::Airlight, fog: PUBLISHED },
-    Trial { model: "auto", layer: Layer::Airlight, fog: MIXED },
-    Trial { model: "attenuated", layer: Layer::Surface, fog: MIXED },
-];
+impl Trial {
+    fn new(model: &'static str, layer: Layer, airlight: &str, terms: &str) -> Self {
+        Self { model, layer, fog: format!(r#"{{"airlight": "{airlight}", "terms": {terms}}}"#) }
+    }
+}
 
-const MIXED: &str = r#"{"terms": [{"kind": "homogeneous", "extinction": 0.02},
+/// Every medium by its optical depth, and by the light that it scatters; then the models of light.
+fn trials() -> Vec<Trial> {
+    let media = KINDS.iter().flat_map(|(kind, _, terms)| {
+        [(Layer::OpticalDepth, "none"), (Layer::Airlight, "auto")]
+            .map(|(layer, airlight)| Trial::new(kind, layer, airlight, terms))
+    });
+    let even = r#"[{"kind": "homogeneous", "extinction": 0.05}]"#;
+    let light = [
+        Trial::new("sun2005", Layer::Airlight, "sun2005", even),
+        Trial::new("fogshop2007", Layer::Airlight, "fogshop2007", MIXED),
+        Trial::new("auto", Layer::Airlight, "auto", MIXED),
+        Trial::new("attenuated", Layer::Surface, "auto", MIXED),
+    ];
+    media.chain(light).collect()
+}
+
+const MIXED: &str = r#"[{"kind": "homogeneous", "extinction": 0.02},
     {"kind": "gaussians", "blobs": [
         {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
-        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9},
-        {"center": [0, 0.2, 3], "radius": 2, "extinction": 0.1}]}]}"#;
-
-const PUBLISHED: &str = r#"{"airlight": "fogshop2007", "terms": [
-    {"kind": "homogeneous", "extinction": 0.02},
-    {"kind": "gaussians", "blobs": [
-        {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
-        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]}"#;
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]"#;
 
 /// Everything but its fog.
 const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
@@ -122,6 +121,12 @@ const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
     "lights": [{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
                {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}],
     "far_m": 60"#;
+
+/// The stage in a fog.
+pub(crate) fn scene(fog: &str) -> Option<CheckedScene> {
+    let text = format!(r#"{{{STAGE}, "fog": {fog}}}"#);
+    read::<crate::scene::Scene>(text.as_bytes()).ok()?.check().ok()
+}
 
 /// A small picture whose numbers are wanted.
 pub(crate) fn view(layer: Layer) -> View {
@@ -139,11 +144,6 @@ pub(crate) fn view(layer: Layer) -> View {
 }
 
 impl Trial {
-    fn scene(&self) -> Option<CheckedScene> {
-        let text = format!(r#"{{{STAGE}, "fog": {}}}"#, self.fog);
-        read::<crate::scene::Scene>(text.as_bytes()).ok()?.check().ok()
-    }
-
     /// What a backend's picture differs by; `None` if the backend leaves the model to another one.
     fn run(
         &self,
@@ -151,7 +151,7 @@ impl Trial {
         progress: &Progress,
         render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
     ) -> Result<Option<ModelReport>, Interrupted> {
-        let Some(scene) = self.scene() else { return Ok(None) };
+        let Some(scene) = scene(&self.fog) else { return Ok(None) };
         let view = view(self.layer);
         // The first picture builds what is kept, pipelines among it.
         if render(&scene, &view)?.is_none() {
@@ -286,13 +286,14 @@ fn models(
     progress: &Progress,
     render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted> + Copy,
 ) -> Result<Vec<ModelReport>, Interrupted> {
-    let reports = TRIALS.iter().filter_map(|trial| trial.run(cpu, progress, render).transpose());
+    let reports =
+        trials().into_iter().filter_map(|trial| trial.run(cpu, progress, render).transpose());
     reports.collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{TRIALS, of_cpu};
+    use super::{of_cpu, trials};
     use crate::cpu::Cpu;
     use crate::renderer::Progress;
 
@@ -300,7 +301,7 @@ mod tests {
     #[test]
     fn lanes_are_close_to_f64() {
         let report = of_cpu(&Cpu::default(), &Progress::default()).unwrap();
-        assert_eq!(report.models.len(), TRIALS.len());
+        assert_eq!(report.models.len(), trials().len());
         for model in report.models {
             assert!(model.largest_difference < 1e-3, "{model:?}");
         }

@@ -70,9 +70,10 @@ fn between(share: Shares, corners: vec4<f32>, sides: vec4<f32>) -> f32 {
 /// What lies between the first and the last end of a layer's rays, at one pixel: values of the
 /// fields at CHEBYSHEV along it.
 struct Tail {
-    /// Where it begins, and how long it is [m].
+    /// Where it begins [m].
     begin: f32,
-    range: f32,
+    /// Where the share 0 is on the pixel's ray, and what a share of 1 is long there [m].
+    chart: vec2<f32>,
     log_seen: vec4<f32>,
     /// The largest that may be: quadratics overshoot.
     most: f32,
@@ -112,7 +113,7 @@ fn piece(tail: Tail, g: f32, light: lamp::ToLight, start: f32, end: f32) -> f32 
     let far = length(vec2<f32>(end, light.miss));
     let log_terms = cubic(tail.log_seen);
     let mean_terms = cubic(tail.mean);
-    let begin = tail.begin - light.closest;
+    let begin = tail.chart.x - light.closest;
     var sum = 0.0;
     for (var i = 0u; i < TAIL; i++) {
         let x = GAUSS[i].x;
@@ -120,7 +121,7 @@ fn piece(tail: Tail, g: f32, light: lamp::ToLight, start: f32, end: f32) -> f32 
         let scale = 1.0 / ((1.0 - x) * far + x * near);
         let aside = ((1.0 - x) * start * far + x * end * near) * scale;
         let width = (end - start) * (near * scale) * (far * scale);
-        let at = (aside - begin) / tail.range;
+        let at = (aside - begin) / max(tail.chart.y, num::LEAST);
         let log_seen = min(along(log_terms, at), tail.most);
         let value = mapped::scattered(g, light, aside, log_seen, along(mean_terms, at));
         sum += GAUSS[i].y * width * value;

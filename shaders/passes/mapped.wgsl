@@ -101,6 +101,9 @@ struct Piece {
 @group(0) @binding(11) var<storage, read> patches: Patches;
 @group(0) @binding(12) var<storage, read_write> parts: Parts;
 
+/// An edge of the fog no farther than this share behind a ray's end is its end: where fog lies on a
+/// floor.
+const ALIKE: f32 = 1e-4;
 /// No edge at all.
 const UNCUT: u32 = 0xffffffffu;
 /// Workgroups of a row of a dispatch.
@@ -299,11 +302,12 @@ fn of_lamp(place: u32, own: Own, scope: Scope, light: lamp::Lamp) -> vec2<f32> {
         if first - scope.begin > 1e-6 * first {
             value = heads_airlight(place, own, scope, light, first, member);
         }
-        if !scope.is_last && passes_edges(place, scope, scope.begin, first, last) {
-            value.y = 1.0;
+        var piece = tail_piece(place, own, member, scope, first, last);
+        if piece.begin > piece.end {
+            value.y = select(1.0, value.y, scope.is_last);
+            piece = Piece(first, last, UNCUT, UNCUT);
         }
         if value.y == 0.0 && last - first > 1e-5 * (last - scope.begin) {
-            let piece = Piece(first, last, UNCUT, UNCUT);
             value.x += tail_airlight(place, own, scope, light, piece, member);
         }
         result = select(result, value, member);
@@ -326,7 +330,7 @@ fn heads_airlight(
     var piece = Piece(scope.begin, first, UNCUT, UNCUT);
     // No more sections than there are edges, and one.
     for (var i = 0u; i <= haze::edge_count(); i++) {
-        piece.high = next_edge(middle, place_on(piece, middle).x, first);
+        piece.high = next_edge(middle, place_on(piece, middle).x, first * (1.0 - ALIKE));
         let ends = place_on(piece, middle);
         if ends.y - ends.x > 1e-6 * first {
             sum += head_airlight(place, own, scope, light, piece, member);
@@ -354,21 +358,43 @@ fn next_edge(ray: view::Ray, begin: f32, end: f32) -> u32 {
     return next;
 }
 
-/// Whether some of the eight rays passes edges of the fog that others do not pass before the first end,
-/// or passes any between the ends.
-fn passes_edges(place: u32, scope: Scope, begin: f32, first: f32, last: f32) -> bool {
+/// The edge of the fog at which a layer's rays end or before which they do, if one is near: the piece of
+/// their tail. It begins behind its end if edges part the rays: some pass one, others do not.
+fn tail_piece(
+    place: u32,
+    own: Own,
+    member: bool,
+    scope: Scope,
+    first: f32,
+    last: f32,
+) -> Piece {
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let ray = control_ray(scope, place);
-    var differs = 0.0;
+    var piece = Piece(first, last, UNCUT, UNCUT);
+    var nearest = FAR;
     for (var i = 0u; i < haze::edge_count(); i++) {
-        let own = haze::edge(i, ray.offset, ray.direction);
-        let t = haze::edge(i, middle.offset, middle.direction);
-        let is_passed = t > begin && t < first;
-        if (own > begin && own < first) != is_passed || (own > first && own < last) {
-            differs = 1.0;
+        let t = haze::edge(i, own.ray.offset, own.ray.direction);
+        let passes = t > scope.begin && t < min(own.length_m, scope.end) * (1.0 - ALIKE);
+        let on_control = haze::edge(i, ray.offset, ray.direction);
+        let is_inside = on_control > scope.begin && on_control < first * (1.0 - ALIKE);
+        let is_ahead = on_control > scope.begin && on_control < last * (1.0 + ALIKE);
+        let found = tile::largest(place, vec4<f32>(
+            select(0.0, 1.0, member && passes),
+            select(0.0, 1.0, member && !passes),
+            select(0.0, 1.0, is_inside),
+            select(0.0, 1.0, !is_inside),
+        ));
+        let is_near = tile::largest(place, vec4<f32>(select(0.0, 1.0, is_ahead))).x > 0.0;
+        if found.x > 0.0 && (found.y > 0.0 || found.w > 0.0) || found.x == 0.0 && found.z > 0.0 {
+            piece.begin = FAR;
+        }
+        let on_middle = haze::edge(i, middle.offset, middle.direction);
+        if found.x == 0.0 && is_near && on_middle < nearest {
+            nearest = on_middle;
+            piece.high = i;
         }
     }
-    return tile::largest(place, vec4<f32>(differs)).x > 0.0;
+    return piece;
 }
 
 fn is_uncut(piece: Piece) -> bool {
@@ -499,9 +525,10 @@ fn tail_airlight(
 ) -> f32 {
     // Four places on eight rays: eight invocations share the blobs of each pair.
     let pair = place / 8u;
-    let range = piece.end - piece.begin;
-    let t = piece.begin + range * pixels::CHEBYSHEV[pair / pixels::CONTROL];
-    let at = fields_of_eight(place, control_ray(scope, pair), light, t);
+    let ray = control_ray(scope, pair);
+    let chart = tail_chart(piece, ray);
+    let t = chart.x + chart.y * pixels::CHEBYSHEV[pair / pixels::CONTROL];
+    let at = fields_of_eight(place, ray, light, t);
     workgroupBarrier();
     if place % 8u == 0u {
         batch::logs[pair] = at.log_seen;
@@ -511,7 +538,8 @@ fn tail_airlight(
     if !member {
         return 0.0;
     }
-    var tail = pixels::Tail(piece.begin, range, vec4<f32>(0.0), -FAR, vec4<f32>(0.0));
+    let along = tail_chart(piece, own.ray);
+    var tail = pixels::Tail(piece.begin, along, vec4<f32>(0.0), -FAR, vec4<f32>(0.0));
     for (var i = 0u; i < pixels::TAIL; i++) {
         tail.log_seen[i] = batch::log_between(i, own.share);
         tail.mean[i] = batch::mean_between(i, own.share);
@@ -519,6 +547,17 @@ fn tail_airlight(
     }
     let toward = to_light(light, own.ray);
     return pixels::tail_airlight(tail, frame.optics.x, toward, min(own.length_m, piece.end));
+}
+
+/// Where the share 0 of a tail is on a ray, and what a share of 1 is long there [m]: up to the edge that
+/// bounds it, and never onto that.
+fn tail_chart(piece: Piece, ray: view::Ray) -> vec2<f32> {
+    if piece.high == UNCUT {
+        return vec2<f32>(piece.begin, piece.end - piece.begin);
+    }
+    let bound = haze::edge(piece.high, ray.offset, ray.direction) * (1.0 - 0.1 * ALIKE);
+    let begin = min(piece.begin, bound);
+    return vec2<f32>(begin, bound - begin);
 }
 
 /// One of the eight rays.

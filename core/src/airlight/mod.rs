@@ -84,17 +84,17 @@ impl Method {
 
 /// Why an estimator cannot take a fog of some terms, if so. All of them take no fog at all.
 pub fn refusal(terms: &[Term], phase: &Phase, asked: Airlight) -> Option<String> {
-    let (name, takes): (_, fn(&Term) -> bool) = match asked {
-        Airlight::Sun2005 => ("sun2005", sun2005::takes),
-        Airlight::Fogshop2007 => ("fogshop2007", fogshop2007::takes),
+    let (name, what, takes): (_, _, fn(&Term) -> bool) = match asked {
+        Airlight::Sun2005 => ("sun2005", sun2005::TAKES, sun2005::takes),
+        Airlight::Fogshop2007 => ("fogshop2007", fogshop2007::TAKES, fogshop2007::takes),
         Airlight::Auto | Airlight::None | Airlight::Reference => return None,
     };
     let mut terms = terms.iter().filter(|term| term.common().enabled).peekable();
     if terms.peek().is_some() && !phase.function().is_isotropic() {
         return Some(format!("{name} scatters isotropically, not by henyey_greenstein; auto does"));
     }
-    let strange = terms.find(|term| !takes(term))?.kind();
-    Some(format!("sun2005 takes homogeneous fog only, not {strange}; auto takes both"))
+    let strange = terms.find(|term| !takes(term))?.what();
+    Some(format!("{name} takes {what} only, not {strange}; auto takes all"))
 }
 
 /// A light's nearest distance to a ray counts as at least this share of its distance from the ray's

@@ -38,6 +38,9 @@ const GAUSS: [(f64, f64); 10] = [
 /// Optical depth behind which the integrand no longer counts: e⁻¹⁸ is 1.5e-8.
 const CUT: f64 = 18.0;
 
+/// What it takes, besides no fog at all.
+pub const TAKES: &str = "homogeneous fog";
+
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
     matches!(term, Term::Homogeneous(_))

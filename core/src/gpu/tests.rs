@@ -6,6 +6,7 @@ use super::{BlobPass, Failure, Gpu, Wanted};
 use crate::airlight::Estimator;
 use crate::cpu::Cpu;
 use crate::image::{display, flip};
+use crate::media::KINDS;
 use crate::presets;
 use crate::renderer::{Backend, Frame, Progress, Renderer};
 use crate::request::{Layer, Quality, Tonemap, View};
@@ -88,6 +89,25 @@ fn the_mapped_airlight_is_the_cpus() {
         let frames = both(&gpu, &scene, &view);
         let off = differing(&frames, 2e-3);
         assert!(100 * off <= frames[1].pixels.len(), "{name}: {off}");
+    }
+}
+
+/// Every medium of the list, in the test scene that needs all that it can do: T along views and towards
+/// lamps, and the light that it scatters.
+#[test]
+fn every_medium_is_the_cpus() {
+    let gpu = gpu(BlobPass::Tiles).with_mapped();
+    for (kind, _, terms) in KINDS {
+        for (layer, share) in
+            [(Layer::OpticalDepth, 1e-4), (Layer::Surface, 1e-3), (Layer::Airlight, 2e-3)]
+        {
+            let scene = selftest::scene(&format!(r#"{{"terms": {terms}}}"#)).expect("a scene");
+            let view = View { width: 64, height: 48, ..view(layer, Airlight::Auto) };
+            let frames = both(&gpu, &scene, &view);
+            assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
+            let off = differing(&frames, share);
+            assert!(100 * off <= frames[1].pixels.len(), "{kind} {layer:?}: {off}");
+        }
     }
 }
 

@@ -35,9 +35,9 @@ macro_rules! media {
         );
 
         impl Term {
-            /// Its word in a scene.
-            pub fn kind(&self) -> &'static str {
-                match self { $(Self::$Kind(_) => $kind),* }
+            /// What it is, in a few words.
+            pub fn what(&self) -> &'static str {
+                match self { $(Self::$Kind(term) => term.what()),* }
             }
 
             /// What every term says besides what it is.
@@ -55,6 +55,10 @@ macro_rules! media {
                 match self { $(Self::$Kind(term) => term.blobs()),* }
             }
         }
+
+        /// Word, source and test scene of every kind: see [`TermKind`].
+        pub const KINDS: &[(&str, &str, &str)] =
+            &[$(($kind, <$Kind as TermKind>::SOURCE, <$Kind as TermKind>::TRIAL)),*];
 
         /// All terms of a fog, each kind as one medium.
         #[derive(Debug, Default)]
@@ -109,6 +113,15 @@ pub struct Common<'a> {
 pub trait TermKind {
     /// What terms of this kind come to.
     type Medium: Medium;
+
+    /// Where it was published, with the equations.
+    const SOURCE: &'static str;
+
+    /// A small test scene: the terms of a fog, as JSON, that need all that this kind can do.
+    const TRIAL: &'static str;
+
+    /// What it is, in a few words: for whoever cannot take it.
+    fn what(&self) -> &'static str;
 
     /// What it says besides what it is.
     fn common(&self) -> Common<'_>;
@@ -261,6 +274,10 @@ pub trait Smooth: Near {
     /// Adds the mean extinction, T(x, s)/d [1/m], between a light and points of rays; both relative to
     /// the origin.
     fn add_mean(&self, level: Level, light: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]);
+
+    /// Appends where β, or its slope, jumps on a ray [m], in the order of [`OnRays::edges`]; what it does
+    /// not pass lies behind its start.
+    fn edges(&self, _start: Vec3, _direction: Vec3, _edges: &mut Vec<f32>) {}
 }
 
 /// The rays of a patch as a cone, relative to the viewpoint.
@@ -333,7 +350,8 @@ pub trait OnRays: Debug + Send + Sync {
         f32::INFINITY
     }
 
-    /// Ray parameters where β, or its slope, jumps, ray by ray [m].
+    /// Ray parameters where β, or its slope, jumps, ray by ray [m]; what a ray does not pass lies behind
+    /// its start.
     fn edges(&self) -> Vec<Each> {
         Vec::new()
     }

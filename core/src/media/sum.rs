@@ -56,7 +56,7 @@ impl Field {
 
     /// β₀ [1/m] if the fog is the same everywhere.
     pub fn uniform_beta(&self) -> Option<f64> {
-        (self.lumps() == 0).then_some(self.0.homogeneous.beta)
+        self.0.homogeneous.uniform_beta().filter(|_| self.lumps() == 0)
     }
 
     /// How many lumps there are.
@@ -229,6 +229,13 @@ impl Sum<dyn Smooth> {
         mean: &mut [Each],
     ) {
         self.0.iter().for_each(|smooth| smooth.add_mean(level, light, rays, t, mean));
+    }
+}
+
+impl Sum<dyn Smooth> {
+    /// Appends where β, or its slope, jumps on a ray [m].
+    pub fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {
+        self.0.iter().for_each(|smooth| smooth.edges(start, direction, edges));
     }
 }
 

@@ -8,6 +8,7 @@ use crate::openapi::Operation;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use fogbank_core::airlight::errors;
+use fogbank_core::media::KINDS;
 use fogbank_core::scene::tagged::Tagged;
 use fogbank_core::scene::{self, Airlight, Phase, Scene, SurfaceLighting, Term};
 use schemars::generate::SchemaSettings;
@@ -64,6 +65,7 @@ struct Supports {
 }
 
 /// What no type can know about a model.
+#[derive(Clone, Copy)]
 struct Origin {
     kind: Kind,
     name: &'static str,
@@ -104,22 +106,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-const CLOSED_FORM: Measured = Measured::Words("A closed form: rounding is its only error.");
-
 const ORIGINS: &[Origin] = &[
-    Origin {
-        kind: Kind::Medium,
-        name: "homogeneous",
-        source: "Beer–Lambert law; visibility after Koschmieder 1924.",
-        measured_error: CLOSED_FORM,
-    },
-    Origin {
-        kind: Kind::Medium,
-        name: "gaussians",
-        source: "Zhou, Hou, Gong, Snyder, Guo, Shum: Fogshop (Pacific Graphics 2007): the \
-            optical depth of a Gaussian along a ray is a difference of error functions.",
-        measured_error: CLOSED_FORM,
-    },
     Origin {
         kind: Kind::Airlight,
         name: "auto",
@@ -211,7 +198,8 @@ fn model(kind: Kind, schema: Value) -> Result<Model, String> {
         Kind::Airlight | Kind::SurfaceLighting => schema.get("const"),
     };
     let name = name.and_then(Value::as_str).unwrap_or_default().to_owned();
-    let origin = ORIGINS.iter().find(|origin| origin.kind == kind && origin.name == name);
+    let mut origins = origins();
+    let origin = origins.find(|origin| origin.kind == kind && origin.name == name);
     let Some(origin) = origin else { return Err(name) };
     Ok(Model {
         kind,
@@ -247,10 +235,20 @@ fn supports(kind: Kind, name: &str) -> Supports {
 
 /// The plainest term of a kind that is there at all.
 fn term(kind: &str) -> Value {
-    match kind {
-        "gaussians" => json!({ "kind": kind, "blobs": [{}] }),
-        _ => json!({ "kind": kind }),
-    }
+    let trial = KINDS.iter().find(|(name, ..)| *name == kind).map_or("[]", |(.., trial)| trial);
+    let terms = serde_json::from_str::<Value>(trial).unwrap_or_default();
+    terms.get(0).cloned().unwrap_or_default()
+}
+
+/// Where every model comes from: the media as their list says, then the others.
+fn origins() -> impl Iterator<Item = Origin> {
+    let medium = |(name, source, _): &(&'static str, &'static str, &str)| Origin {
+        kind: Kind::Medium,
+        name,
+        source,
+        measured_error: Measured::Words("A closed form: rounding is its only error."),
+    };
+    KINDS.iter().map(medium).chain(ORIGINS.iter().copied())
 }
 
 #[cfg(test)]
@@ -265,7 +263,7 @@ mod tests {
     #[test]
     fn every_model_of_a_scene_has_an_origin_and_every_origin_a_model() {
         let all: Vec<_> = all().into_iter().map(Result::unwrap).collect();
-        assert_eq!(all.len(), ORIGINS.len());
+        assert_eq!(all.len(), origins().count());
         let media: Vec<_> = all.iter().filter(|model| model.kind == Kind::Medium).collect();
         assert_eq!(media.len(), Term::KINDS.len());
         assert!(all.iter().all(|model| !model.summary.is_empty()));

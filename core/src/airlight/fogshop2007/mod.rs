@@ -31,9 +31,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// What it takes, besides no fog at all.
+pub const TAKES: &str = "homogeneous fog and gaussians";
+
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
-    matches!(term, Term::Homogeneous(_) | Term::Gaussians(_))
+    sun2005::takes(term) || matches!(term, Term::Gaussians(_))
 }
 
 /// The blobs of a fog that this method takes.
@@ -43,7 +46,7 @@ pub fn blobs(field: &Field) -> &[Gaussian] {
 
 /// The extinction of what is the same everywhere in it [1/m].
 pub fn haze(field: &Field) -> f64 {
-    field.media().homogeneous.beta
+    field.media().homogeneous.uniform_beta().unwrap_or_default()
 }
 
 /// Where view rays start.

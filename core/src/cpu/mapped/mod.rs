@@ -19,9 +19,9 @@ use super::fog::near_views;
 use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};
-use crate::geometry::batch::{Ends, Fogged};
+use crate::geometry::batch::{Ends, Fogged, get3};
 use crate::geometry::control::{Each, PADDED};
-use crate::media::Purpose;
+use crate::media::{Purpose, Smooth, Sum};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Fields, of_place, pairs};
@@ -29,7 +29,7 @@ use fearless_simd::{Simd, dispatch};
 use patch::{Member, Patch, Places, SMALLEST, Surroundings};
 use pilot::{Nodes, is_rough, nodes};
 use pixels::{Head, Light, Node, Quadratic, TAIL, Tail, Terms, quadratic};
-use sight::{Section, Sight, Sights, ToLamp};
+use sight::{Edges, Section, Sight, Sights, ToLamp};
 
 /// A patch of many layers is split if it is larger than this [px].
 const LEAST_LAYERED: f32 = 8.0;
@@ -42,6 +42,7 @@ const SMOOTH: f32 = 4.5;
 pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let fog = near_views(context, block, Purpose::Nodes).patched();
+    let haze = &context.field.smooth(context.viewpoint.position);
     let tolerance = &Tolerance::new(&context.view, context.field.lumps());
     let is_over = || context.job.progress.is_over();
     let mut patches = vec![Patch::whole(block, &places)];
@@ -56,7 +57,7 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
         for (i, lamp) in context.lamps.iter().enumerate() {
             let sets_depth = i == 0 && context.interpolates();
             let to = ToLamp { context, lamp, tolerance, sets_depth };
-            let pass = Pass { to, block, places: &places };
+            let pass = Pass { to, haze, block, places: &places };
             let mut parts = pass.light(&patch, &sights, fogged);
             while let Some(part) = parts.pop().filter(|_| !is_over()) {
                 let sights = Sights::new(context, &around.fog, &part);
@@ -69,6 +70,8 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
 /// Rays before one lamp.
 struct Pass<'a> {
     to: ToLamp<'a>,
+    /// What is smooth, for rays from the viewpoint.
+    haze: &'a Sum<dyn Smooth>,
     block: &'a [Ends<'a>],
     places: &'a Places,
 }
@@ -78,8 +81,8 @@ struct Sums<'a> {
     layer: &'a Layer<'a>,
     heads: &'a [Head],
     tail: Option<&'a Tail>,
-    /// T where they end, as in [`Tail`].
-    depth: Option<[Quadratic; TAIL]>,
+    /// T where they end, if there is no tail and it is wanted.
+    flat_depth: Option<Quadratic>,
 }
 
 /// Where rays meet fog, in ray parameters [m].
@@ -117,16 +120,34 @@ impl Pass<'_> {
         }
         let mut heads = Vec::with_capacity(layers.len());
         for layer in &layers {
-            let has_edge_in_tail = sights.has_edge(layer.first, layer.last);
-            match self.heads(sights, layer, dense, can_split) {
-                Some(own) if !(can_split && has_edge_in_tail) => heads.push(own),
-                _ => return split(),
+            let edges = match self.edges(sights, layer) {
+                Some(edges) => edges,
+                None if can_split => return split(),
+                // A pixel's samples that are too different take what they get.
+                None => Edges::default(),
+            };
+            match self.heads(sights, layer, dense, &edges, can_split) {
+                Some(own) => heads.push((own, edges.bound)),
+                None => return split(),
             }
         }
-        for (layer, heads) in layers.iter().zip(&heads) {
-            self.layer(patch, &sights.control, layer, heads, fogged);
+        for (layer, (heads, bound)) in layers.iter().zip(&heads) {
+            self.layer(patch, &sights.control, layer, heads, *bound, fogged);
         }
         Vec::new()
+    }
+
+    /// What the rays of a layer have to do with the edges of the fog.
+    fn edges(&self, sights: &Sights, layer: &Layer) -> Option<Edges> {
+        if !sights.has_edges() {
+            return Some(Edges::default());
+        }
+        let ray = |member: &Member| {
+            let (Ends { rays, hits }, at) = (&self.block[member.batch()], member.at());
+            (get3(&rays.offset, at), get3(&rays.direction, at), hits.length[at])
+        };
+        let ends = [layer.from, layer.first, layer.last];
+        sights.edges(self.haze, layer.members.iter().map(ray), ends)
     }
 
     /// The sections before the first end of a layer; `None` if the patch should be split for them.
@@ -135,16 +156,14 @@ impl Pass<'_> {
         sights: &Sights,
         layer: &Layer,
         dense: Option<(f32, f32)>,
+        edges: &Edges,
         can_split: bool,
     ) -> Option<Vec<Head>> {
         let is_short = |from: f32, to: f32| to - from <= 1e-6 * to;
         if is_short(layer.from, layer.first) {
             return Some(Vec::new());
         }
-        let (sections, are_alike) = sights.sections(layer.from, layer.first);
-        if can_split && !are_alike {
-            return None;
-        }
+        let sections = sights.sections(layer.from, layer.first, &edges.passed);
         let mut heads = Vec::with_capacity(sections.middle.len());
         for (i, middle) in sections.middle.iter().enumerate() {
             let (from, to) = middle.on_first();
@@ -224,32 +243,28 @@ impl Pass<'_> {
         control: &Sight,
         layer: &Layer,
         heads: &[Head],
+        bound: Option<usize>,
         fogged: &mut [Fogged],
     ) {
         let level = self.to.context.job.level;
         let has_tail = layer.last - layer.first > 1e-5 * (layer.last - layer.from);
-        let tail = has_tail.then(|| self.tail(control, layer.first, layer.last));
+        let tail = has_tail.then(|| {
+            self.tail(control, layer.first, &control.up_to(layer.first, bound, layer.last))
+        });
         let flat = || {
             let depth = &control.met.fields(level, &pairs(&[layer.last]))[1];
-            [quadratic(of_place(depth, 0)), [0.0; CONTROL], [0.0; CONTROL], [0.0; CONTROL]]
+            quadratic(of_place(depth, 0))
         };
-        let depth = self.to.sets_depth.then(|| tail.as_ref().map_or_else(flat, |tail| tail.depth));
-        let sums = Sums { layer, heads, tail: tail.as_ref(), depth };
+        let flat_depth = (self.to.sets_depth && tail.is_none()).then(flat);
+        let sums = Sums { layer, heads, tail: tail.as_ref(), flat_depth };
         dispatch!(level, simd => self.add(simd, patch, &sums, fogged));
     }
 
     fn head(&self, sight: &Sight, section: &Section, nodes: &Nodes) -> Head {
         let (shares, log_weights) = (nodes.share.as_flattened(), nodes.log_weight.as_flattened());
-        let on_rays = |share: &[f32]| -> Each {
-            std::array::from_fn(|c| {
-                let share = share[(c / CONTROL).min(share.len() - 1)];
-                section.range[c].mul_add(share, section.begin[c])
-            })
-        };
-        let t: Vec<_> = shares.chunks(PADDED / CONTROL).map(on_rays).collect();
+        let t: Vec<_> = shares.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
         let Fields { log, mean, depth } = sight.fields(&self.to, &t);
-        let first = |row: &Each| -> [f32; CONTROL] { std::array::from_fn(|c| row[c]) };
-        let stretch = first(&section.range).map(|range| nodes.log_stretch(range));
+        let stretch = first_half(&section.range).map(|range| nodes.log_stretch(range));
         let node = |(j, (share, log_weight)): (usize, (&f32, &f32))| {
             let at = of_place(&log, j);
             let log = std::array::from_fn(|c| at[c] + (log_weight + stretch[c]));
@@ -257,21 +272,22 @@ impl Pass<'_> {
             Node { share: *share, log, most, mean: quadratic(of_place(&mean, j)) }
         };
         Head {
-            begin: quadratic(first(&section.begin)),
-            range: quadratic(first(&section.range)),
+            begin: quadratic(first_half(&section.begin)),
+            range: quadratic(first_half(&section.range)),
             nodes: shares.iter().zip(log_weights).enumerate().map(node).collect(),
             depth: quadratic(of_place(&depth, shares.len() - 1)),
         }
     }
 
-    fn tail(&self, sight: &Sight, from: f32, to: f32) -> Tail {
-        let range = to - from;
-        let t = CHEBYSHEV.map(|x| range.mul_add(x, from));
-        let Fields { log, mean, depth } = sight.fields(&self.to, &pairs(&t));
+    fn tail(&self, sight: &Sight, from: f32, section: &Section) -> Tail {
+        let t: Vec<_> = CHEBYSHEV.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
+        let Fields { log, mean, depth } = sight.fields(&self.to, &t);
         let along =
             |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(quadratic);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
-        Tail { from, range, log: along(&log), most, mean: along(&mean), depth: along(&depth) }
+        let [begin, range] = [&section.begin, &section.range].map(|row| quadratic(first_half(row)));
+        let [log, mean, depth] = [&log, &mean, &depth].map(|rows| along(rows));
+        Tail { from, begin, range, log, most, mean, depth }
     }
 
     /// Sums at the pixels of a layer.
@@ -314,9 +330,15 @@ impl Pass<'_> {
                 rows[1][at] += value * rgb.y;
                 rows[2][at] += value * rgb.z;
             }
-            let Some(depth) = &sums.depth else { continue };
-            let Layer { first, last, .. } = sums.layer;
-            pixels::depth(simd, depth, &terms, (*first, last - first), end).store(&mut values);
+            if !self.to.sets_depth {
+                continue;
+            }
+            let depth = match (sums.tail, &sums.flat_depth) {
+                (Some(tail), _) => pixels::depth(simd, tail, &terms, end),
+                (None, Some(depth)) => pixels::flat_depth(simd, depth, &terms),
+                (None, None) => continue,
+            };
+            depth.store(&mut values);
             for (value, ray) in values.iter().zip(members) {
                 fogged[ray.batch()].depth[ray.at()] = *value;
             }
@@ -338,6 +360,11 @@ impl Pass<'_> {
         }
         rows
     }
+}
+
+/// The values of eight rays, of which a row repeats each.
+fn first_half(row: &Each) -> [f32; CONTROL] {
+    std::array::from_fn(|c| row[c])
 }
 
 /// The largest of the control rays' values, and room for what lies between them.

@@ -40,12 +40,14 @@ pub struct Node {
     pub mean: Quadratic,
 }
 
-/// What lies between the first and the last end: polynomials in (t − from)/range.
+/// What lies between the first and the last end: polynomials in (t − begin)/range.
 pub struct Tail {
     /// Where it begins [m].
     pub from: f32,
-    /// How long it is [m].
-    pub range: f32,
+    /// The place of the share 0 [m].
+    pub begin: Quadratic,
+    /// What a share of 1 is long [m].
+    pub range: Quadratic,
     /// ln β − T.
     pub log: [Quadratic; TAIL],
     /// Its largest value.
@@ -199,18 +201,27 @@ impl<S: Simd> Cubic<S> {
     }
 }
 
-/// T at ray parameters `t`, given as along a tail that begins at `from` and is `range` long [m].
+/// Where a tail's share 0 is at the pixels [m], and its share by metre.
 #[inline(always)]
-pub fn depth<S: Simd>(
-    simd: S,
-    depth: &[Quadratic; TAIL],
-    terms: &Terms<S>,
-    (from, range): (f32, f32),
-    t: Lanes<S>,
-) -> Lanes<S> {
-    let scale = Lanes::splat(simd, if range > 0.0 { 1.0 / range } else { 0.0 });
-    let at = (t - Lanes::splat(simd, from)) * scale;
-    Cubic::new(simd, terms, depth).at(at.max(t.lit(0.0)).min(t.lit(1.0))).max(t.lit(0.0))
+fn chart<S: Simd>(simd: S, tail: &Tail, terms: &Terms<S>) -> (Lanes<S>, Lanes<S>) {
+    let range = terms.value(simd, &tail.range);
+    let least = range.lit(f64::from(f32::MIN_POSITIVE));
+    (terms.value(simd, &tail.begin), range.lit(1.0) / range.max(least))
+}
+
+/// T at ray parameters `t` of a tail.
+#[inline(always)]
+pub fn depth<S: Simd>(simd: S, tail: &Tail, terms: &Terms<S>, t: Lanes<S>) -> Lanes<S> {
+    let (begin, scale) = chart(simd, tail, terms);
+    let at = ((t - begin) * scale).max(t.lit(0.0)).min(t.lit(1.0));
+    Cubic::new(simd, terms, &tail.depth).at(at).max(t.lit(0.0))
+}
+
+/// T where it is the same for all that it matters how long the rays are.
+#[inline(always)]
+pub fn flat_depth<S: Simd>(simd: S, depth: &Quadratic, terms: &Terms<S>) -> Lanes<S> {
+    let depth = terms.value(simd, depth);
+    depth.max(depth.lit(0.0))
 }
 
 /// Airlight of a tail per unit of ω·I₀, for rays of their own `length`.
@@ -225,6 +236,7 @@ pub fn tail<S: Simd>(
     let zero = length.lit(0.0);
     let log = Cubic::new(simd, terms, &tail.log);
     let mean = Cubic::new(simd, terms, &tail.mean);
+    let chart = chart(simd, tail, terms);
     let start = Lanes::splat(simd, tail.from) - light.closest;
     let end = (length - light.closest).max(start);
     let turn = zero.max(start).min(end);
@@ -234,7 +246,7 @@ pub fn tail<S: Simd>(
         if !Lanes::<S>::any(from.lt(to)) {
             continue;
         }
-        sum += piece(simd, tail, &log, &mean, light, from, to);
+        sum += piece(simd, tail, chart, [&log, &mean], light, (from, to));
     }
     sum
 }
@@ -245,18 +257,16 @@ pub fn tail<S: Simd>(
 fn piece<S: Simd>(
     simd: S,
     tail: &Tail,
-    log: &Cubic<S>,
-    mean: &Cubic<S>,
+    (tail_begin, scale): (Lanes<S>, Lanes<S>),
+    [log, mean]: [&Cubic<S>; 2],
     light: &Light<S>,
-    from: Lanes<S>,
-    to: Lanes<S>,
+    (from, to): (Lanes<S>, Lanes<S>),
 ) -> Lanes<S> {
     let one = from.lit(1.0);
     let near = from.mul_add(from, light.miss2).sqrt();
     let far = to.mul_add(to, light.miss2).sqrt();
     let range = (to - from) * near * far;
-    let begin = Lanes::splat(simd, tail.from) - light.closest;
-    let scale = Lanes::splat(simd, 1.0 / tail.range);
+    let begin = tail_begin - light.closest;
     let most = Lanes::splat(simd, tail.most);
     let mut sum = from.lit(0.0);
     for i in 0..TAIL {

@@ -6,13 +6,17 @@ use crate::airlight::mapped::OPAQUE;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::tolerance::Tolerance;
 use crate::geometry::control::{Control, Each, PADDED};
-use crate::media::{OnRays, Patched, Profile, Sum};
+use crate::media::{OnRays, Patched, Profile, Smooth, Sum};
+use glam::Vec3;
 
 /// Where quadratics are compared with what they stand for: neither even nor odd errors vanish here.
 pub const CHECK: [f32; 2] = [0.55, 0.45];
 
 /// Share of a lump, in thin fog, that does not matter to where nodes are placed.
 const FAINT: f32 = 1e-5;
+
+/// An edge of the fog no farther than this share behind a ray's end is its end: where fog lies on a floor.
+const ALIKE: f32 = 1e-4;
 
 /// A frame's fog before one lamp.
 #[derive(Clone, Copy)]
@@ -66,6 +70,16 @@ impl Section {
         Self { begin: [0.0; PADDED], range: [1.0; PADDED], ends: [from, to] }
     }
 
+    /// Two shares on eight rays each [m].
+    pub fn at(&self, shares: &[f32]) -> Each {
+        let half = PADDED / 2;
+        let on_ray = |c: usize| {
+            let share = shares[(c / half).min(shares.len() - 1)];
+            self.range[c].mul_add(share, self.begin[c])
+        };
+        std::array::from_fn(on_ray)
+    }
+
     /// Where it begins and ends on the first ray [m].
     pub fn on_first(&self) -> (f32, f32) {
         let [from, to] = self.ends.map(|share| self.range[0].mul_add(share, self.begin[0]));
@@ -81,6 +95,15 @@ pub struct Sections {
     pub middle: Vec<Section>,
     /// Of the ray that is checked.
     pub check: Vec<Section>,
+}
+
+/// The edges of the fog that matter to rays, by their places among all.
+#[derive(Debug, Default)]
+pub struct Edges {
+    /// All rays pass these before the first of them ends, in this order.
+    pub passed: Vec<usize>,
+    /// The rays end before this one, or on it.
+    pub bound: Option<usize>,
 }
 
 impl Sight {
@@ -100,6 +123,19 @@ impl Sight {
         }
         let mean = control::toward_light(to.context, to.lamp, &self.rays, t);
         Fields { log: log_beta, mean, depth }
+    }
+
+    /// The section from a ray parameter to an edge, or to another one that is the same on all rays. What
+    /// lies on the edge itself counts as before it: there rays end whose way it bounds.
+    pub fn up_to(&self, from: f32, edge: Option<usize>, to: f32) -> Section {
+        let Some(edge) = edge else {
+            let range = [to - from; PADDED];
+            return Section { begin: [from; PADDED], range, ends: [0.0, 1.0] };
+        };
+        let bound = self.edges[edge].map(|t| t * (1.0 - 0.1 * ALIKE));
+        let begin = bound.map(|t| t.min(from));
+        let range = std::array::from_fn(|c| bound[c] - begin[c]);
+        Section { begin, range, ends: [0.0, 1.0] }
     }
 
     /// Sections between two ray parameters, cut at some of the edges.
@@ -130,27 +166,54 @@ impl Sights {
         }
     }
 
-    /// The parts of the way between two ray parameters on which fog is smooth; and whether all rays
-    /// around the patch pass the same edges there, in the same order.
-    pub fn sections(&self, from: f32, to: f32) -> (Sections, bool) {
-        let is_inside = |t: &f32| from < *t && *t < to;
-        let edges = &self.control.edges;
-        let mut met: Vec<_> =
-            (0..edges.len()).filter(|i| edges[*i].iter().any(is_inside)).collect();
-        let middle = |i: &usize| self.middle.edges[*i][0];
-        met.sort_unstable_by(|a, b| middle(a).total_cmp(&middle(b)));
-        let all_pass = met.iter().all(|i| edges[*i].iter().all(is_inside));
-        let in_order = met.windows(2).all(|pair| {
-            edges[pair[0]].iter().zip(&edges[pair[1]]).all(|(before, behind)| before <= behind)
-        });
+    /// The parts of the way between two ray parameters on which fog is smooth.
+    pub fn sections(&self, from: f32, to: f32, passed: &[usize]) -> Sections {
         let [control, middle, check] =
-            [&self.control, &self.middle, &self.check].map(|sight| sight.cut(&met, from, to));
-        (Sections { control, middle, check }, all_pass && in_order)
+            [&self.control, &self.middle, &self.check].map(|sight| sight.cut(passed, from, to));
+        Sections { control, middle, check }
     }
 
-    /// Whether some ray around the patch passes an edge between two ray parameters.
-    pub fn has_edge(&self, from: f32, to: f32) -> bool {
-        let edges = self.control.edges.as_flattened();
-        edges.iter().any(|t| from < *t && *t < to)
+    /// What some rays that end between `first` and `last`, each given with where it ends, have to do with
+    /// the edges of the fog; `None` if they are too different for one patch.
+    pub fn edges<'a>(
+        &self,
+        haze: &Sum<dyn Smooth>,
+        rays: impl Iterator<Item = (Vec3, Vec3, f32)> + 'a,
+        [from, first, last]: [f32; 3],
+    ) -> Option<Edges> {
+        let edges = &self.control.edges;
+        let mut passing: Vec<Option<bool>> = vec![None; edges.len()];
+        let mut own = Vec::with_capacity(edges.len());
+        for (start, direction, end) in rays {
+            own.clear();
+            haze.edges(start, direction, &mut own);
+            for (passing, t) in passing.iter_mut().zip(&own) {
+                // Behind the start an edge is as good as beyond the end: nobody passes it.
+                let passes = from < *t && *t < end * (1.0 - ALIKE);
+                if *passing.get_or_insert(passes) != passes {
+                    return None;
+                }
+            }
+        }
+        let all = |i: &usize, is: &dyn Fn(f32) -> bool| edges[*i].iter().all(|t| is(*t));
+        let some = |i: &usize, is: &dyn Fn(f32) -> bool| edges[*i].iter().any(|t| is(*t));
+        let middle = |i: &usize| self.middle.edges[*i][0];
+        let (mut passed, rest): (Vec<_>, Vec<_>) =
+            (0..edges.len()).partition(|i| passing[*i] == Some(true));
+        passed.sort_unstable_by(|a, b| middle(a).total_cmp(&middle(b)));
+        let in_order = passed.windows(2).all(|pair| {
+            edges[pair[0]].iter().zip(&edges[pair[1]]).all(|(before, behind)| before <= behind)
+        });
+        let inside = passed.iter().all(|i| all(i, &|t| from < t && t < first));
+        let outside = rest.iter().all(|i| !some(i, &|t| from < t && t < first * (1.0 - ALIKE)));
+        let ahead = rest.into_iter().filter(|i| some(i, &|t| from < t && t < last * (1.0 + ALIKE)));
+        let bound = ahead.min_by(|a, b| middle(a).total_cmp(&middle(b)));
+        let is_bound = bound.is_none_or(|i| all(&i, &|t| from < t));
+        (in_order && inside && outside && is_bound).then_some(Edges { passed, bound })
+    }
+
+    /// Whether the fog has edges at all.
+    pub fn has_edges(&self) -> bool {
+        !self.control.edges.is_empty()
     }
 }

@@ -76,6 +76,18 @@ impl Default for Blob {
 impl TermKind for Gaussians {
     type Medium = Blobs;
 
+    const SOURCE: &'static str = "Zhou, Hou, Gong, Snyder, Guo, Shum: Fogshop (Pacific Graphics 2007): the \
+        optical depth of a Gaussian along a ray is a difference of error functions.";
+
+    const TRIAL: &'static str = r#"[{"kind": "gaussians", "blobs": [
+        {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9},
+        {"center": [0, 0.2, 3], "radius": 2, "extinction": 0.1}]}]"#;
+
+    fn what(&self) -> &'static str {
+        "gaussians"
+    }
+
     fn common(&self) -> Common<'_> {
         Common { id: self.id.as_deref(), enabled: self.enabled }
     }

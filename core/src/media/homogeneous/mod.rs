@@ -105,6 +105,14 @@ pub struct Uniform {}
 impl TermKind for Homogeneous {
     type Medium = Haze;
 
+    const SOURCE: &'static str = "Beer–Lambert law; visibility after Koschmieder 1924.";
+
+    const TRIAL: &'static str = r#"[{"kind": "homogeneous", "extinction": 0.05}]"#;
+
+    fn what(&self) -> &'static str {
+        "homogeneous fog"
+    }
+
     fn common(&self) -> Common<'_> {
         Common { id: self.id.as_deref(), enabled: self.enabled }
     }
@@ -132,7 +140,14 @@ impl TermKind for Homogeneous {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Haze {
     /// Extinction β₀ [1/m].
-    pub beta: f64,
+    beta: f64,
+}
+
+impl Haze {
+    /// β₀ [1/m] if it is the same everywhere.
+    pub fn uniform_beta(&self) -> Option<f64> {
+        Some(self.beta)
+    }
 }
 
 impl Medium for Haze {
