@@ -1,36 +1,73 @@
-// Fog that is the same everywhere: β(x) = β₀, T(a, b) = β₀ |a − b| (Sun 2005, eq. 3).
+// Fog that is the same everywhere, β(x) = β₀ and T(a, b) = β₀ |a − b| (Sun 2005, eq. 3), or changes with
+// height alone: T is the length times the mean of β between the heights of the ends.
 //
 // A medium in closed form: the generated module `fogbank::haze` sums these functions over its rows.
 //
-// Twin: core/src/media/homogeneous.rs.
+// Twins: core/src/media/homogeneous/mod.rs, core/src/media/vertical.rs.
 
 #define_import_path fogbank::media::homogeneous
 
-/// A row as the host writes it.
+#import fogbank::num
+
+/// A row as the host writes it; heights from the camera.
 struct Row {
-    /// x: extinction β₀ [1/m]. yzw: unused.
+    /// x: extinction [1/m]. y: the lower end, from which on it falls off if it does [m]. z: the upper end
+    /// [m]. w: falloff above y [1/m]; 0 for what is the same between y and z.
     optics: vec4<f32>,
 }
 
 /// Ray parameters at which β jumps or kinks, of one row.
-const EDGES: u32 = 0u;
+const EDGES: u32 = 2u;
+/// Higher than any end that is one.
+const FAR: f32 = 1e38;
 
 /// β at a point, from the camera [1/m].
 fn extinction(row: Row, point: vec3<f32>) -> f32 {
-    return row.optics.x;
+    return row.optics.x * share(row, point.y);
 }
 
 /// The mean of β between two points [1/m].
 fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
-    return row.optics.x;
+    let low = min(a.y, b.y);
+    let high = max(a.y, b.y);
+    if low >= high {
+        return extinction(row, a);
+    }
+    var sum = max(min(high, row.optics.z) - max(low, row.optics.y), 0.0);
+    if row.optics.w > 0.0 {
+        let turn = max(min(high, row.optics.y), low);
+        let above = high - turn;
+        sum = turn - low + above * share(row, turn) * falling_mean(above * row.optics.w);
+    }
+    return row.optics.x * sum / (high - low);
 }
 
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
-    return row.optics.xx;
+    let is_uniform = row.optics.y < -FAR && row.optics.z > FAR;
+    return vec2<f32>(select(0.0, row.optics.x, is_uniform), row.optics.x);
 }
 
-/// The ray parameter of an edge [m].
+/// The ray parameter of an edge; behind the ray's start where it has none [m].
 fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    return -1.0;
+    let height = row.optics[1u + which];
+    let rise = height - origin.y;
+    // Also for a level ray, whose quotient would be no number.
+    if abs(height) > FAR || abs(direction.y) * FAR <= abs(rise) {
+        return -1.0;
+    }
+    return rise / direction.y;
+}
+
+/// The share of the extinction at a height.
+fn share(row: Row, y: f32) -> f32 {
+    if row.optics.w > 0.0 {
+        return num::exp_bounded(-max(y - row.optics.y, 0.0) * row.optics.w);
+    }
+    return select(0.0, 1.0, row.optics.y <= y && y <= row.optics.z);
+}
+
+/// (1 − e^(−x))/x: the mean of e^(−x) from 0 on.
+fn falling_mean(x: f32) -> f32 {
+    return select(1.0, num::absorptance(x) / x, x > 1e-30);
 }

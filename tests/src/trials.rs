@@ -1,7 +1,7 @@
 //! Ten scenes chosen to break an airlight estimator, and the exact scenes.
 
 use crate::cases;
-use crate::scenes::{Random, pixel_rays, probe, render, scene, view};
+use crate::scenes::{Random, homogeneous, pixel_rays, probe, render, scene, view};
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{CheckedScene, Scene};
@@ -166,9 +166,72 @@ fn near_lamps(
     near
 }
 
-/// Both lists.
+/// All lists.
 pub fn all() -> Vec<Trial> {
-    exact().into_iter().chain(hard()).collect()
+    exact().into_iter().chain(hard()).chain(layered()).collect()
+}
+
+/// Six scenes of fog that changes with height.
+pub fn layered() -> Vec<Trial> {
+    let layer = |extinction: f64, vertical: Value| json!({ "kind": "homogeneous", "extinction": extinction, "vertical": vertical });
+    let slab = |extinction: f64, min: f64, max: f64| {
+        layer(extinction, json!({ "kind": "slab", "min_m": min, "max_m": max }))
+    };
+    let (ground, cloud) = (slab(0.15, 0.0, 1.5), slab(0.05, 3.0, 6.0));
+    let thinning = json!({ "kind": "exponential", "base_m": 0.5, "falloff_per_m": 0.6 });
+    let thinning = layer(0.1, thinning);
+    let blobs = json!({ "kind": "gaussians", "blobs": [
+        { "center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5 },
+        { "center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9 } ] });
+    let scene = |terms: Value, lamps: &[[f64; 3]], position: [f64; 3], far_m: f64| {
+        let lamp =
+            |at: &[f64; 3]| json!({ "kind": "point", "position": at, "intensity": [40, 34, 24] });
+        json!({
+            "camera": camera(position, [0.0, 1.0, 0.0]),
+            "surfaces": [{ "shape": { "kind": "plane" } },
+                { "shape": { "kind": "sphere", "center": [1.2, 0.8, 0], "radius": 0.8 } }],
+            "lights": lamps.iter().map(lamp).collect::<Vec<_>>(),
+            "fog": { "terms": terms }, "far_m": far_m })
+    };
+    let (low, high, within) = ([-0.5, 0.8, 1.0], [-0.5, 2.8, 1.0], [0.0, 1.0, 8.0]);
+    let above = [0.0, 2.2, 8.0];
+    vec![
+        Trial::new(
+            "slab-lamp-in",
+            "ground fog around a lamp, seen from above it",
+            scene(json!([ground]), &[low], above, 60.0),
+        ),
+        Trial::new(
+            "slab-camera-in",
+            "ground fog under a lamp, seen from within",
+            scene(json!([ground]), &[high], within, 60.0),
+        ),
+        Trial::new(
+            "slab-lamp-below",
+            "a cloud above a lamp and the camera",
+            scene(json!([cloud]), &[low], within, 200.0),
+        ),
+        Trial::new(
+            "exponential",
+            "fog that thins out under an open sky",
+            scene(json!([thinning]), &[low], above, 10_000.0),
+        ),
+        Trial::new(
+            "two-layers",
+            "ground fog, a cloud and haze between two lamps",
+            scene(
+                json!([ground, cloud, homogeneous(0.01)]),
+                &[high, [2.0, 0.7, -3.0]],
+                above,
+                60.0,
+            ),
+        ),
+        Trial::new(
+            "layers-blobs",
+            "blobs in ground fog that thins out",
+            scene(json!([ground, thinning, blobs]), &[low, [3.0, 4.0, -2.0]], above, 60.0),
+        ),
+    ]
 }
 
 /// The ten scenes.

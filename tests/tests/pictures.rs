@@ -79,11 +79,14 @@ fn stages() -> Vec<Value> {
     let mut even = edited(&stage(), "/fog/terms/1", &json!({ "kind": "homogeneous" }));
     even["fog"]["airlight"] = json!("none");
     even["fog"]["surface_lighting"] = json!("attenuated");
+    let (mut slab, mut thinning) = (stage(), stage());
+    slab["fog"]["terms"][0]["vertical"] = json!({ "kind": "slab", "min_m": -0.5, "max_m": 1.5 });
+    thinning["fog"]["terms"][0]["vertical"] = json!({ "kind": "exponential", "base_m": 0.5 });
     let complete = |scene: Value| {
         let scene: Scene = read(scene.to_string().as_bytes()).expect("a scene");
         serde_json::to_value(scene).unwrap()
     };
-    [near, parallel, even].map(complete).into()
+    [near, parallel, even, slab, thinning].map(complete).into()
 }
 
 /// Sets what a pointer names, making the last member where there is none.
@@ -344,6 +347,13 @@ fn fogs_look_as_they_did() {
     for (name, hidden) in [("homogeneous", 1), ("gaussians", 0)] {
         let fog = edited(&stage, &format!("/fog/terms/{hidden}/enabled"), &json!(false));
         golden(name, &scene(&fog), Layer::Beauty);
+    }
+    for (name, vertical) in [
+        ("slab", json!({ "kind": "slab", "min_m": 0, "max_m": 0.9 })),
+        ("exponential", json!({ "kind": "exponential", "base_m": 0.3, "falloff_per_m": 2 })),
+    ] {
+        let layer = json!({ "kind": "homogeneous", "extinction": 0.4, "vertical": vertical });
+        golden(name, &scene(&edited(&stage, "/fog/terms", &json!([layer]))), Layer::Beauty);
     }
 }
 

@@ -18,6 +18,7 @@
 
 use super::ToLight;
 use crate::media::Term;
+use crate::media::vertical::Profile;
 use crate::num::Num;
 use crate::vector::V3;
 
@@ -43,7 +44,7 @@ pub const TAKES: &str = "homogeneous fog";
 
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
-    matches!(term, Term::Homogeneous(_))
+    matches!(term, Term::Homogeneous(term) if term.vertical.profile() == Profile::Uniform)
 }
 
 /// L_a per unit of ω·I₀ [1/m²] of a light at `light` relative to the ray's origin, along the ray

@@ -8,6 +8,7 @@
 
 mod outline;
 mod sum;
+pub mod vertical;
 
 pub use outline::Outline;
 pub use sum::{Field, Profile, Sum};
@@ -94,7 +95,7 @@ macro_rules! media {
 }
 
 media! {
-    /// The same extinction everywhere.
+    /// The same extinction everywhere, or one that depends on height alone.
     Homogeneous = "homogeneous" in homogeneous,
     /// A sum of Gaussian blobs.
     Gaussians = "gaussians" in gaussians,

@@ -15,7 +15,8 @@ pub use crate::json::{Albedo, Checker, Code, Problem, ReadError, Rgb, Vec3, limi
 pub use crate::light::{Light, Point};
 pub use crate::media::Term;
 pub use crate::media::gaussians::{Blob, Gaussians};
-pub use crate::media::homogeneous::{Homogeneous, Uniform, Vertical};
+pub use crate::media::homogeneous::Homogeneous;
+pub use crate::media::vertical::{Exponential, Slab, Uniform, Vertical};
 pub use crate::phase::{HenyeyGreenstein, Isotropic, Phase};
 pub use camera::{Camera, Orthographic, Perspective, Projection};
 pub use check::CheckedScene;

@@ -1,21 +1,20 @@
-//! Fog that is the same everywhere: β(x) = β₀, T(a, b) = β₀ |a − b| (Sun 2005, eq. 3).
+//! Fog that is the same everywhere, β(x) = β₀ and T(a, b) = β₀ |a − b| (Sun 2005, eq. 3), or changes
+//! with height alone: β(x) = β₀ share(y), T(a, b) = |a − b| times the mean of that between both heights
+//! ([`Profile`](super::vertical::Profile)).
 
-use super::{
-    Along, Common, Lumps, Medium, Near, OnRays, PatchCone, Patched, Search, Smooth, TermKind, Ways,
-};
+mod lanes;
+
+use super::vertical::{Profile, Uniform, Vertical};
+use super::{Along, Common, Medium, Near, Search, Smooth, TermKind, Ways};
 use crate::geometry::Ray;
-use crate::geometry::batch::{Rays, Row};
-use crate::geometry::control::{Control, Each, PADDED};
-use crate::json::tagged::tagged;
 use crate::json::{Checker, Code, limits};
-use crate::progress::Job;
-use crate::num::{Lanes, Num};
-use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec3, Vec3, Vec4};
+use crate::num::Num;
+use fearless_simd::Level;
+use glam::{DVec3, Vec4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Fog that is the same everywhere. Give `extinction` or `visibility_m`, not both.
+/// Fog that is the same everywhere, or depends on height alone. Give `extinction` or `visibility_m`, not both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("not" = {
@@ -89,28 +88,23 @@ impl ReciprocalOf {
     }
 }
 
-tagged!(
-    /// How an extinction depends on height.
-    Vertical {
-        /// Not at all.
-        Uniform = "uniform",
-    }
-);
-
-/// The same at every height.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Uniform {}
-
 impl TermKind for Homogeneous {
     type Medium = Haze;
 
-    const SOURCE: &'static str = "Beer–Lambert law; visibility after Koschmieder 1924.";
+    const SOURCE: &'static str = "Beer–Lambert law; visibility after Koschmieder 1924. A slab and an \
+        exponential are the mean of β between two heights times the length, whatever the slope.";
 
-    const TRIAL: &'static str = r#"[{"kind": "homogeneous", "extinction": 0.05}]"#;
+    const TRIAL: &'static str = r#"[{"kind": "homogeneous", "extinction": 0.02},
+        {"kind": "homogeneous", "extinction": 0.1,
+         "vertical": {"kind": "slab", "min_m": 0, "max_m": 1.2}},
+        {"kind": "homogeneous", "extinction": 0.05,
+         "vertical": {"kind": "exponential", "base_m": 0.7, "falloff_per_m": 0.8}}]"#;
 
     fn what(&self) -> &'static str {
-        "homogeneous fog"
+        match self.vertical {
+            Vertical::Uniform(_) => "homogeneous fog",
+            Vertical::Slab(_) | Vertical::Exponential(_) => "fog that changes with height",
+        }
     }
 
     fn common(&self) -> Common<'_> {
@@ -128,100 +122,187 @@ impl TermKind for Homogeneous {
             let detail = "give extinction or visibility_m, not both";
             check.refuse(Code::Conflict, || at("visibility_m"), detail);
         }
+        self.vertical.check(check, |name| at(&format!("vertical/{name}")));
     }
 
     fn merge(terms: &[&Self]) -> Haze {
-        // An empty f64 sum is −0, and what is divided by that is minus infinity.
-        Haze { beta: terms.iter().map(|term| term.extinction_per_m()).fold(0.0, |a, b| a + b) }
+        let mut haze = Haze::default();
+        for term in terms.iter().filter(|term| term.extinction_per_m() > 0.0) {
+            haze.add(Layer { beta: term.extinction_per_m(), profile: term.vertical.profile() });
+        }
+        haze
     }
 }
 
-/// The sum of all homogeneous terms.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Haze {
-    /// Extinction β₀ [1/m].
+/// A term: an extinction and how it depends on height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Layer {
+    /// Where its share is 1 [1/m].
     beta: f64,
+    profile: Profile,
+}
+
+/// The sum of all homogeneous terms, heights counted from the world's or from where rays start.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Haze {
+    /// What is the same everywhere [1/m].
+    uniform: f64,
+    /// What is not.
+    layers: Vec<Layer>,
 }
 
 impl Haze {
+    fn add(&mut self, layer: Layer) {
+        if layer.profile == Profile::Uniform {
+            self.uniform += layer.beta;
+        } else {
+            self.layers.push(layer);
+        }
+    }
+
     /// β₀ [1/m] if it is the same everywhere.
     pub fn uniform_beta(&self) -> Option<f64> {
-        Some(self.beta)
+        self.layers.is_empty().then_some(self.uniform)
+    }
+
+    /// The same, heights counted from another one.
+    fn seen_from(&self, height: f64) -> Self {
+        let layer = |layer: &Layer| Layer { profile: layer.profile.seen_from(height), ..*layer };
+        Self { uniform: self.uniform, layers: self.layers.iter().map(layer).collect() }
+    }
+
+    /// The largest β [1/m].
+    fn most(&self) -> f64 {
+        self.uniform + self.layers.iter().map(|layer| layer.beta).sum::<f64>()
+    }
+
+    /// β at a height [1/m].
+    #[inline(always)]
+    fn at<N: Num>(&self, y: N) -> N {
+        let mut sum = y.lit(self.uniform);
+        for layer in &self.layers {
+            sum = layer.profile.at(y).mul_add(y.lit(layer.beta), sum);
+        }
+        sum
+    }
+
+    /// The mean of β between two heights [1/m].
+    #[inline(always)]
+    fn mean<N: Num>(&self, a: N, b: N) -> N {
+        let mut sum = a.lit(self.uniform);
+        for layer in &self.layers {
+            sum = layer.profile.mean(a, b).mul_add(a.lit(layer.beta), sum);
+        }
+        sum
+    }
+
+    /// Heights at which it jumps or kinks.
+    fn edges(&self) -> impl Iterator<Item = f64> {
+        self.layers.iter().flat_map(|layer| layer.profile.edges())
     }
 }
 
 impl Medium for Haze {
     fn is_empty(&self) -> bool {
-        self.beta == 0.0
+        self.most() == 0.0
     }
 
-    fn beta(&self, _x: DVec3) -> f64 {
-        self.beta
+    fn beta(&self, x: DVec3) -> f64 {
+        self.at(x.y)
     }
 
-    fn depth(&self, _ray: &Ray, length_m: f64) -> f64 {
-        self.beta * length_m
+    fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
+        length_m * self.seen_from(ray.origin.y).mean(0.0, length_m * ray.direction.y)
     }
 
-    fn along(&self, _ray: &Ray, length_m: f64) -> Box<dyn Along> {
-        Box::new(HazeOnRay { haze: *self, length_m })
+    fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along> {
+        let haze = self.seen_from(ray.origin.y);
+        Box::new(HazeOnRay { haze, climb: ray.direction.y, length_m })
     }
 
     fn ways(&self, apex: DVec3, _ends: [DVec3; 2]) -> Box<dyn Ways> {
-        Box::new(HazeFrom { haze: *self, apex })
+        Box::new(HazeFrom { haze: self.seen_from(apex.y), apex })
     }
 
-    fn near(&self, _level: Level, _search: &Search) -> Box<dyn Near> {
-        Box::new(*self)
+    fn near(&self, _level: Level, search: &Search) -> Box<dyn Near> {
+        Box::new(self.seen_from(search.bundle.origin.y))
     }
 
-    fn smooth(&self, _origin: DVec3) -> Option<Box<dyn Smooth>> {
-        Some(Box::new(*self))
+    fn smooth(&self, origin: DVec3) -> Option<Box<dyn Smooth>> {
+        Some(Box::new(self.seen_from(origin.y)))
     }
 
     fn least(&self, length_m: f64) -> f64 {
-        self.beta * length_m
+        self.uniform * length_m
     }
 
-    fn rows(&self, _camera: DVec3) -> Option<Vec<Vec4>> {
-        Some(vec![Vec4::new(self.beta as f32, 0.0, 0.0, 0.0)])
+    fn rows(&self, camera: DVec3) -> Option<Vec<Vec4>> {
+        let haze = self.seen_from(camera.y);
+        let layers = haze.layers.iter().map(|layer| layer.profile.row(layer.beta));
+        Some([Profile::Uniform.row(haze.uniform)].into_iter().chain(layers).collect())
     }
 
     fn bytes(&self) -> usize {
-        0
+        size_of_val(self.layers.as_slice())
     }
 }
 
-/// Along one ray.
+/// Along one ray; heights from where it starts.
 #[derive(Debug)]
 struct HazeOnRay {
     haze: Haze,
+    /// Height gained per metre.
+    climb: f64,
     length_m: f64,
+}
+
+impl HazeOnRay {
+    /// Ray parameters between which a layer lies [m].
+    fn span_of(&self, profile: Profile) -> Option<(f64, f64)> {
+        let Profile::Slab { min, max } = profile else { return Some((0.0, self.length_m)) };
+        if self.climb == 0.0 {
+            return (min <= 0.0 && 0.0 <= max).then_some((0.0, self.length_m));
+        }
+        let (a, b) = (min / self.climb, max / self.climb);
+        let (from, to) = (a.min(b).max(0.0), a.max(b).min(self.length_m));
+        (from < to).then_some((from, to))
+    }
 }
 
 impl Along for HazeOnRay {
     fn terms(&self) -> usize {
-        1
+        1 + self.haze.layers.len()
     }
 
     fn is_smooth(&self) -> bool {
         true
     }
 
-    fn beta(&self, _t: f64) -> f64 {
-        self.haze.beta
+    fn beta(&self, t: f64) -> f64 {
+        self.haze.at(t * self.climb)
     }
 
     fn depth(&self, t: f64) -> f64 {
-        self.haze.beta * t
+        t * self.haze.mean(0.0, t * self.climb)
     }
 
     fn span(&self) -> Option<(f64, f64)> {
-        (self.length_m > 0.0).then_some((0.0, self.length_m))
+        if self.length_m <= 0.0 {
+            return None;
+        }
+        if self.haze.uniform > 0.0 {
+            return Some((0.0, self.length_m));
+        }
+        let spans = self.haze.layers.iter().filter_map(|layer| self.span_of(layer.profile));
+        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    fn edges(&self) -> Vec<f64> {
+        self.haze.edges().map(|height| height / self.climb).filter(|t| t.is_finite()).collect()
     }
 }
 
-/// Between a point and others.
+/// Between a point and others; heights from that point.
 #[derive(Debug)]
 struct HazeFrom {
     haze: Haze,
@@ -230,91 +311,10 @@ struct HazeFrom {
 
 impl Ways for HazeFrom {
     fn terms(&self) -> usize {
-        1
+        1 + self.haze.layers.len()
     }
 
     fn depth_to(&self, point: DVec3) -> f64 {
-        self.haze.beta * self.apex.distance(point)
-    }
-}
-
-impl Near for Haze {
-    fn add_depth(&self, _job: &Job, _rays: &Rays, _parallel: bool, length: &Row, depth: &mut Row) {
-        let beta = self.beta as f32;
-        depth.iter_mut().zip(length).for_each(|(depth, length)| *depth += beta * length);
-    }
-
-    fn patched(&self) -> Box<dyn Patched> {
-        Box::new(*self)
-    }
-}
-
-impl Smooth for Haze {
-    fn add_mean(&self, level: Level, _light: Vec3, _: &Control, _t: &[Each], mean: &mut [Each]) {
-        dispatch!(level, simd => add_everywhere(simd, self.beta as f32, mean));
-    }
-}
-
-impl Patched for Haze {
-    fn terms(&self) -> usize {
-        1
-    }
-
-    fn within(&self, _cone: &PatchCone, _lumps: &mut Lumps) -> Box<dyn Patched> {
-        Box::new(*self)
-    }
-
-    fn haze(&self, _cone: &PatchCone, length: f32) -> f32 {
-        self.beta as f32 * length
-    }
-
-    fn on_rays(&self, _: Level, _rays: &Control, _parallel: bool, _: f32) -> Box<dyn OnRays> {
-        Box::new(*self)
-    }
-}
-
-impl OnRays for Haze {
-    fn is_smooth(&self) -> bool {
-        true
-    }
-
-    fn add(&self, level: Level, t: &[Each], beta: &mut [Each], depth: &mut [Each]) {
-        dispatch!(level, simd => add_fields(simd, self.beta as f32, t, beta, depth));
-    }
-
-    fn most(&self, from: f32, to: f32) -> f32 {
-        self.beta as f32 * (to - from)
-    }
-
-    fn span(&self) -> Option<(f32, f32)> {
-        Some((0.0, f32::INFINITY))
-    }
-
-    fn hides_from(&self, from: f32, depth: f32) -> f32 {
-        from + depth / self.beta as f32
-    }
-}
-
-/// Adds β and T at ray parameters `t`.
-#[inline(always)]
-fn add_fields<S: Simd>(simd: S, own: f32, t: &[Each], beta: &mut [Each], depth: &mut [Each]) {
-    add_everywhere(simd, own, beta);
-    let own = Lanes::splat(simd, own);
-    for (t, depth) in t.iter().zip(depth) {
-        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
-            let before = Lanes::load(simd, &depth[at..]);
-            own.mul_add(Lanes::load(simd, &t[at..]), before).store(&mut depth[at..]);
-        }
-    }
-}
-
-/// Adds the same to all numbers of some rows.
-#[inline(always)]
-fn add_everywhere<S: Simd>(simd: S, own: f32, rows: &mut [Each]) {
-    let own = Lanes::splat(simd, own);
-    for row in rows {
-        for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
-            (own + Lanes::load(simd, &row[at..])).store(&mut row[at..]);
-        }
+        self.apex.distance(point) * self.haze.mean(0.0, point.y - self.apex.y)
     }
 }
