@@ -2,13 +2,14 @@
 
 import { element, numberText } from "./dom.js";
 
-/** Reads a `Server-Timing` header: `[{name, duration_ms}]`. */
+/** Reads a `Server-Timing` header: `[{name, duration_ms, is_reused}]`. */
 export function parseServerTiming(header) {
   // Commas inside a quoted description do not separate.
   const entries = header.match(/(?:[^,"]|"(?:\\.|[^"\\])*")+/g) ?? [];
   return entries.map((entry) => ({
     name: entry.split(";")[0].trim(),
     duration_ms: Number.parseFloat(/;\s*dur\s*=\s*"?([\d.eE+-]+)/.exec(entry)?.[1]),
+    is_reused: /;\s*desc\s*=\s*"?reused/.test(entry),
   })).filter(({ name, duration_ms }) => name && Number.isFinite(duration_ms));
 }
 
@@ -24,10 +25,10 @@ export function showFacts(line, { quality, width, height, backend, roundTrip_ms 
 export function showTimings(list, { serverTiming, roundTrip_ms, bytes }) {
   const passes = parseServerTiming(serverTiming);
   const longest_ms = Math.max(...passes.map((pass) => pass.duration_ms), 1e-3);
-  const rows = passes.map(({ name, duration_ms }) => {
+  const rows = passes.map(({ name, duration_ms, is_reused }) => {
     const bar = element("span", { className: "bar" });
     bar.style.width = `${(100 * duration_ms) / longest_ms}%`;
-    return element("div", {}, element("dt", {}, name.replaceAll(/[_-]/g, " ")), element("dd", {}, millis(duration_ms)), bar);
+    return element("div", {}, element("dt", {}, name.replaceAll(/[_-]/g, " ")), element("dd", {}, is_reused ? "kept" : millis(duration_ms)), bar);
   });
   const extra = [["round trip", millis(roundTrip_ms)], ["picture", `${numberText(bytes / 1e3, 3)} kB`]];
   list.replaceChildren(...rows, ...extra.map(([name, text]) =>

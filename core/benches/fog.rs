@@ -13,6 +13,7 @@ use fogbank_core::media::gaussians::{BlobList, Packed, add_depth};
 use fogbank_core::num::{Lanes, Num};
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, Tonemap, View};
+use fogbank_core::scene::{Light, Scene};
 use fogbank_core::{Progress, Renderer};
 use std::hint::black_box;
 use std::time::Duration;
@@ -102,9 +103,8 @@ fn kernels(criterion: &mut Criterion) {
     let lit: Vec<_> = list.cut.iter().map(lit).collect();
     group.bench_function("airlight", |b| {
         b.iter(|| {
-            let mut fogged = Fogged::clear();
+            let mut fogged = Fogged::clear(1);
             let light = LightRow {
-                scattered: [1.0; 3],
                 distance: 5.0,
                 blobs: &lit,
                 position: glam::DVec3::new(0.0, 3.0, 6.0),
@@ -167,7 +167,8 @@ fn view(quality: Quality) -> View {
     }
 }
 
-/// Frames of a scene at rest, whose geometry is known: what a moving camera costs.
+/// Frames of a camera that moves through a scene whose geometry is known, and of one at rest while a lamp's
+/// colour changes.
 fn frames(criterion: &mut Criterion) {
     let renderer = Renderer::default();
     let mut group = criterion.benchmark_group("frame");
@@ -175,8 +176,23 @@ fn frames(criterion: &mut Criterion) {
         let scene = preset.scene.check().unwrap();
         for (name, quality) in [("draft", Quality::Draft), ("full", Quality::Full)] {
             let view = view(quality);
+            let mut at = 0.0;
+            let mut moved = |change: &dyn Fn(&mut Scene, f64)| {
+                at += 1e-3;
+                let mut scene = Scene::clone(&scene);
+                change(&mut scene, at);
+                let scene = scene.check().unwrap();
+                renderer.render(&scene, &view, &Progress::default()).unwrap()
+            };
             group.bench_function(format!("{}_{name}", preset.name), |b| {
-                b.iter(|| renderer.render(&scene, &view, &Progress::default()).unwrap());
+                b.iter(|| moved(&|scene, at| scene.camera.position.0[0] += at));
+            });
+            group.bench_function(format!("{}_{name}_colour", preset.name), |b| {
+                let colour = |scene: &mut Scene, at: f64| {
+                    let Some(Light::Point(lamp)) = scene.lights.first_mut() else { return };
+                    lamp.intensity.0[0] += at;
+                };
+                b.iter(|| moved(&colour));
             });
         }
     }

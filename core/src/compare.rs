@@ -2,7 +2,7 @@
 //! took.
 
 use crate::airlight::{Estimator, refusal};
-use crate::frame::Frame;
+use crate::frame::{Frame, Lap};
 use crate::image::{self, ErrorImage};
 use crate::progress::{Interrupted, Progress};
 use crate::renderer::Renderer;
@@ -11,7 +11,7 @@ use crate::scene::limits::{COUNTS, Range};
 use crate::scene::{Airlight, CheckedScene, Checker, Code, Fog, Problem, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Asks how far one airlight estimator is from another, on the layer `airlight` of a scene.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -215,7 +215,7 @@ pub struct Compared {
     /// Where the errors are.
     pub errors: ErrorImage,
     /// What each step took, in order.
-    pub timings: Vec<(&'static str, Duration)>,
+    pub timings: Vec<Lap>,
     /// Where `a` was rendered.
     pub backend: &'static str,
 }
@@ -241,8 +241,8 @@ pub fn run(
     let after = Instant::now();
     let errors = Errors::new(&luminances(&a), &luminances(&b));
     let flip = flip(&a, &b, &view_b, progress)?;
-    let timings =
-        vec![("a", between - began), ("b", after - between), ("compare", after.elapsed())];
+    let timings = [("a", between - began), ("b", after - between), ("compare", after.elapsed())];
+    let timings = timings.map(|(pass, took)| Lap::new(pass, took)).to_vec();
     let sizes = errors.sizes();
     let comparison = Comparison {
         a: pair.sides[0],
@@ -261,8 +261,8 @@ pub fn run(
 
 /// What the estimator took, not what both sides share.
 fn milliseconds(frame: &Frame) -> f64 {
-    let own = frame.timings.iter().filter(|(pass, _)| !["prepare", "surfaces"].contains(pass));
-    own.map(|(_, took)| took.as_secs_f64() * 1e3).sum()
+    let own = frame.timings.iter().filter(|lap| !["prepare", "surfaces"].contains(&lap.pass));
+    own.map(|lap| lap.took.as_secs_f64() * 1e3).sum()
 }
 
 /// Finite ones: a lamp in the eye may be brighter than a float32 can say.

@@ -22,6 +22,13 @@ impl<T> Same<T> {
     }
 }
 
+impl<T> Same<T> {
+    /// Whether the value is gone: nothing will ever be named so again.
+    pub fn is_gone(&self) -> bool {
+        self.0.strong_count() == 0
+    }
+}
+
 impl<T> Clone for Same<T> {
     fn clone(&self) -> Self {
         Self(Weak::clone(&self.0))
@@ -89,6 +96,34 @@ impl<K, V> Kept<K, V> {
         Ok(value)
     }
 
+    /// The value of a key, if it is there.
+    pub fn find(&self, key: &K) -> Option<Arc<V>>
+    where
+        K: PartialEq,
+    {
+        let mut entries = lock(&self.entries);
+        let at = entries.iter().position(|entry| entry.key == *key)?;
+        let value = match &*lock(&entries[at].cell.state) {
+            State::Made(value) => Arc::clone(value),
+            State::Absent | State::Begun => return None,
+        };
+        let entry = entries.remove(at)?;
+        entries.push_front(entry);
+        Some(value)
+    }
+
+    /// Keeps a value that was made together with others.
+    pub fn put(&self, key: K, value: V) -> Arc<V>
+    where
+        K: PartialEq + Clone,
+    {
+        let (cell, value) = (self.cell(&key), Arc::new(value));
+        *lock(&cell.state) = State::Made(Arc::clone(&value));
+        cell.changed.notify_all();
+        self.weigh(&cell, &value);
+        value
+    }
+
     /// The place of a key, which is the one used last from now on.
     fn cell<Q>(&self, key: &Q) -> Arc<Making<V>>
     where
@@ -118,6 +153,11 @@ impl<K, V> Kept<K, V> {
         while sum > self.most.bytes && entries.len() > 1 {
             sum -= entries.pop_back().map_or(0, |entry| entry.bytes);
         }
+    }
+
+    /// Lets go of what nobody will ask for any more.
+    pub fn forget(&self, is_over: impl Fn(&K) -> bool) {
+        lock(&self.entries).retain(|entry| !is_over(&entry.key));
     }
 
     /// Lets go of all.

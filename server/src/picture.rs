@@ -9,6 +9,7 @@ use crate::queue::Order;
 use crate::watch::JobId;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use fogbank_core::frame::Lap;
 use fogbank_core::image::{EncodeError, Format};
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
@@ -28,7 +29,7 @@ pub struct Encoded {
 }
 
 /// What a job made, and what each of its passes took, in order.
-pub type Timed<T> = (T, Vec<(&'static str, Duration)>);
+pub type Timed<T> = (T, Vec<Lap>);
 
 /// Renders `view` when its turn comes, encodes it and says how long each step took.
 ///
@@ -108,17 +109,15 @@ fn quality_name(quality: Quality) -> &'static str {
     }
 }
 
-/// `queue;dur=0.1, surfaces;dur=3.2, encode;dur=4.0`, in milliseconds.
-fn server_timing(
-    waited: Duration,
-    passes: &[(&'static str, Duration)],
-    encoding: Duration,
-) -> String {
-    let all = [("queue", waited)].into_iter().chain(passes.iter().copied());
-    let all = all.chain([("encode", encoding)]);
-    let ms = |took: Duration| took.as_secs_f64() * 1e3;
-    let all: Vec<_> = all.map(|(name, took)| format!("{name};dur={:.3}", ms(took))).collect();
-    all.join(", ")
+/// `queue;dur=0.1, surfaces;desc=reused;dur=0.0, encode;dur=4.0`, in milliseconds.
+fn server_timing(waited: Duration, passes: &[Lap], encoding: Duration) -> String {
+    let (queue, encode) = (Lap::new("queue", waited), Lap::new("encode", encoding));
+    let all = [queue].into_iter().chain(passes.iter().copied()).chain([encode]);
+    let text = |Lap { pass, took, is_reused }: Lap| {
+        let kept = if is_reused { ";desc=reused" } else { "" };
+        format!("{pass}{kept};dur={:.3}", took.as_secs_f64() * 1e3)
+    };
+    all.map(text).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -128,7 +127,10 @@ mod tests {
     #[test]
     fn timings_are_in_milliseconds_and_in_order() {
         let ms = Duration::from_millis;
-        let text = server_timing(ms(1), &[("surfaces", ms(20))], ms(3));
-        assert_eq!(text, "queue;dur=1.000, surfaces;dur=20.000, encode;dur=3.000");
+        let kept = Lap { is_reused: true, ..Lap::new("airlight", ms(0)) };
+        let text = server_timing(ms(1), &[Lap::new("surfaces", ms(20)), kept], ms(3));
+        let expected = "queue;dur=1.000, surfaces;dur=20.000, airlight;desc=reused;dur=0.000, \
+            encode;dur=3.000";
+        assert_eq!(text, expected);
     }
 }

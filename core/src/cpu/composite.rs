@@ -1,25 +1,40 @@
-//! Surface radiance, fog and veil put together to what a layer shows.
+//! Surface radiance, fog and veil put together to what a layer shows: the lamps' colours, their light and
+//! exposure come in here.
 
+use super::edges::{Samples, weight};
+use super::passes::{Depths, Fog, Share};
+use super::shade;
+use super::traced::Traced;
 use crate::frame::context::Context;
-use crate::geometry::batch::{Fogged, Hits, Row, Rows, SIZE, TILE, load3};
+use crate::frame::samples::CENTER;
+use crate::geometry::batch::{Ends, Row, Rows, SIZE, TILE, load3};
 use crate::num::{Lanes, Num};
 use crate::request::Layer;
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
+use std::sync::Arc;
+
+/// What the passes made of a frame.
+pub struct Made<'a> {
+    pub context: &'a Context<'a>,
+    pub traced: &'a Traced,
+    /// Lamp by lamp; then what takes light away, where no lamp's own run tells that.
+    pub fog: &'a [Option<Arc<Share<Fog>>>],
+    /// Depths to surfaces, lamp by lamp.
+    pub depths: &'a [Option<Arc<Share<Depths>>>],
+}
 
 /// The layer's picture, `[height][width][channels]`.
-pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[&Fogged]) -> Vec<f32> {
-    let (channels, width) = (context.view.layer.channels(), context.grid.width);
-    let (black, clear) = ([[0.0; SIZE]; 3], Fogged::clear());
+pub fn picture(made: &Made) -> Vec<f32> {
+    let (channels, width) = (made.context.view.layer.channels(), made.context.grid.width);
     let across = width.div_ceil(TILE);
-    let mut pixels = vec![0.0; width * context.grid.height * channels];
-    pixels.par_chunks_mut(TILE * width * channels).enumerate().for_each(|(band, rows)| {
+    let mut pixels = vec![0.0; width * made.context.grid.height * channels];
+    // One by one: those with edges take several times as long as others.
+    let bands = pixels.par_chunks_mut(TILE * width * channels).enumerate().with_max_len(1);
+    bands.for_each(|(band, rows)| {
         for column in 0..across {
-            let tile = band * across + column;
-            let surface = surface.get(tile).unwrap_or(&black);
-            let fogged = fogged.get(tile).copied().unwrap_or(&clear);
-            let values = compose(context, &hits[tile], surface, fogged);
+            let values = tile(made, band * across + column);
             for (y, row) in rows.chunks_mut(width * channels).enumerate() {
                 let end = row.len().min((column + 1) * TILE * channels);
                 let pixels = row[column * TILE * channels..end].chunks_exact_mut(channels);
@@ -34,33 +49,118 @@ pub fn picture(context: &Context, hits: &[Hits], surface: &[Rows], fogged: &[&Fo
     pixels
 }
 
-/// The layer's values of a batch; unused channels are 0.
-pub fn compose(context: &Context, hits: &Hits, surface: &Rows, fogged: &Fogged) -> Rows {
-    let one_channel = |row: Row| [row, [0.0; SIZE], [0.0; SIZE]];
-    match context.view.layer {
-        Layer::Beauty => {
-            dispatch!(context.job.level, simd => beauty(simd, context, surface, fogged))
+/// The pixels of a tile, those at edges as means of their samples.
+fn tile(made: &Made, index: usize) -> Rows {
+    let context = made.context;
+    let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+    let mut batches = made.traced.batches(index, &rays).enumerate();
+    let Some((_, pixels)) = batches.next() else { return [[0.0; SIZE]; 3] };
+    let mut values = made.compose(index, 0, pixels);
+    let Some(samples) = made.traced.samples.get(index).filter(|samples| !samples.is_empty()) else {
+        return values;
+    };
+    let each = context.view.samples.unwrap_or(1) as usize;
+    let mut sums = vec![([0.0f32; 3], 0.0f32); samples.places.len()];
+    let mut places = (0..sums.len()).flat_map(|at| std::iter::repeat_n(at, each));
+    for (batch, ends) in batches {
+        let values = made.compose(index, batch, ends);
+        for (at, place) in places.by_ref().take(ends.rays.count).enumerate() {
+            let value = values.each_ref().map(|row| row[at]);
+            let weight = weight(context, value);
+            let (sum, weights) = &mut sums[place];
+            *weights += weight;
+            (0..3).for_each(|k| sum[k] += weight * value[k]);
         }
-        Layer::Airlight => fogged.airlight,
-        Layer::Surface => *surface,
-        Layer::Normal => hits.normal,
-        Layer::OpticalDepth => one_channel(fogged.depth),
-        Layer::Transmittance => one_channel(fogged.depth.map(|depth| (-depth).exp())),
-        Layer::Depth => one_channel(hits.length),
+    }
+    set_edges(&mut values, samples, &sums);
+    values
+}
+
+fn set_edges(values: &mut Rows, samples: &Samples, sums: &[([f32; 3], f32)]) {
+    for (place, (sum, weight)) in samples.places.iter().zip(sums) {
+        (0..3).for_each(|k| values[k][*place] = sum[k] / weight);
+    }
+}
+
+impl Made<'_> {
+    /// The layer's values of a batch; unused channels are 0.
+    fn compose(&self, tile: usize, batch: usize, ends: Ends) -> Rows {
+        let one_channel = |row: Row| [row, [0.0; SIZE], [0.0; SIZE]];
+        let hits = ends.hits;
+        match self.context.view.layer {
+            Layer::Beauty => {
+                let surface = self.surface(tile, batch, ends);
+                let airlight = self.airlight(tile, batch);
+                let depth = self.depth(tile, batch);
+                dispatch!(self.context.job.level, simd => {
+                    beauty(simd, self.context, &surface, &airlight, depth)
+                })
+            }
+            Layer::Airlight => self.airlight(tile, batch),
+            Layer::Surface => self.surface(tile, batch, ends),
+            Layer::Normal => hits.normal,
+            Layer::OpticalDepth => one_channel(*self.depth(tile, batch)),
+            Layer::Transmittance => {
+                one_channel(self.depth(tile, batch).map(|depth| (-depth).exp()))
+            }
+            Layer::Depth => one_channel(hits.length),
+        }
+    }
+
+    fn surface(&self, tile: usize, batch: usize, Ends { rays, hits }: Ends) -> Rows {
+        let shares = self.depths.iter().flatten();
+        let depths: Vec<_> = shares.map(|share| &share.run[tile][batch][share.slot]).collect();
+        shade::surface_radiance(self.context, rays, hits, &depths)
+    }
+
+    /// Optical depth of the view rays: the first lamp's run forms it on the way, or the last share is it.
+    fn depth(&self, tile: usize, batch: usize) -> &Row {
+        const CLEAR: Row = [0.0; SIZE];
+        let told = if self.context.interpolates() { self.fog.first() } else { self.fog.last() };
+        told.and_then(Option::as_ref).map_or(&CLEAR, |share| &share.run[tile][batch].depth)
+    }
+
+    /// The light of all lamps in their colours.
+    fn airlight(&self, tile: usize, batch: usize) -> Rows {
+        let mut sum = [[0.0; SIZE]; 3];
+        for (lamp, share) in self.context.lamps.iter().zip(self.fog) {
+            let Some(share) = share else { continue };
+            let Some(row) = share.run[tile][batch].airlight.get(share.slot) else { continue };
+            let rgb = lamp.scattered.as_vec3();
+            dispatch!(self.context.job.level, simd => add_coloured(simd, row, rgb.into(), &mut sum));
+        }
+        sum
     }
 }
 
 #[inline(always)]
-fn beauty<S: Simd>(simd: S, context: &Context, surface: &Rows, fogged: &Fogged) -> Rows {
+fn add_coloured<S: Simd>(simd: S, row: &Row, rgb: [f32; 3], sum: &mut Rows) {
+    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        let value = Lanes::load(simd, &row[at..]);
+        for (sum, part) in sum.iter_mut().zip(rgb) {
+            let sum = &mut sum[at..];
+            value.mul_add(Lanes::splat(simd, part), Lanes::load(simd, sum)).store(sum);
+        }
+    }
+}
+
+#[inline(always)]
+fn beauty<S: Simd>(
+    simd: S,
+    context: &Context,
+    surface: &Rows,
+    airlight: &Rows,
+    depth: &Row,
+) -> Rows {
     let [r, g, b] = context.ambient;
     let ambient = V3::new(Lanes::splat(simd, r), Lanes::splat(simd, g), Lanes::splat(simd, b));
     let mut values = [[0.0; SIZE]; 3];
     for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
-        let depth = Lanes::load(simd, &fogged.depth[at..]);
+        let depth = Lanes::load(simd, &depth[at..]);
         let lost = absorptance(depth);
         // Not 1 − lost, which has no digits left of a bright surface in thick fog.
         let through = (-depth).exp();
-        let scattered = load3(simd, &fogged.airlight, at) + ambient.scale(lost);
+        let scattered = load3(simd, airlight, at) + ambient.scale(lost);
         let sum = load3(simd, surface, at).scale(through) + scattered;
         sum.x.store(&mut values[0][at..]);
         sum.y.store(&mut values[1][at..]);

@@ -1,21 +1,18 @@
 //! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
 //! orientation or another depth are sampled again, within their area.
 
-use super::composite::compose;
-use super::shade;
 use super::trace::{self, Order};
 use crate::frame::context::Context;
 use crate::frame::samples::{shifts, weighs};
 use crate::frame::viewpoint::Tile;
-use crate::geometry::batch::{Ends, Fogged, Hits, Rays, SIZE, TILE, get3};
+use crate::geometry::batch::{Ends, Hits, Rays, SIZE, TILE, get3};
 use glam::DVec2;
 
-/// Edge pixels of a tile, by place, as means of their samples.
-pub type Resolved = Vec<(usize, [f32; 3])>;
-
 /// The samples of a tile's edge pixels, as many side by side as a batch holds.
+#[derive(Clone, Debug, Default)]
 pub struct Samples {
-    places: Vec<usize>,
+    /// Places of the pixels in the tile, whose samples follow each other.
+    pub places: Vec<usize>,
     rays: Vec<Rays>,
     hits: Vec<Hits>,
 }
@@ -26,7 +23,7 @@ impl Samples {
         let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
         let places = if shifts.len() > 1 { edge_places(context, hits, index) } else { vec![] };
         if places.is_empty() {
-            return Self { places, rays: vec![], hits: vec![] };
+            return Self::default();
         }
         let rays = rays(context, context.grid.tile(index), &places, &shifts);
         let mut hits = trace::tile(context, index, &rays, &order(&places, &shifts));
@@ -41,34 +38,16 @@ impl Samples {
         self.rays.iter().zip(&self.hits).map(|(rays, hits)| Ends { rays, hits })
     }
 
-    /// The edge pixels, given the fog along each batch.
-    pub fn resolve(&self, context: &Context, fogged: &[Fogged]) -> Resolved {
-        let mut sums = vec![([0.0f32; 3], 0.0f32); self.places.len()];
-        let each = context.view.samples.unwrap_or(1) as usize;
-        let mut samples = (0..self.places.len()).flat_map(|at| std::iter::repeat_n(at, each));
-        for (Ends { rays, hits }, fogged) in self.ends().zip(fogged) {
-            let surface = shade::batch(context, rays, hits);
-            let values = compose(context, hits, &surface, fogged);
-            for (at, pixel) in samples.by_ref().take(rays.count).enumerate() {
-                let value = values.each_ref().map(|row| row[at]);
-                let weight = weight(context, value);
-                let (sum, weights) = &mut sums[pixel];
-                *weights += weight;
-                (0..3).for_each(|k| sum[k] += weight * value[k]);
-            }
-        }
-        let mean = |(sum, weight): ([f32; 3], f32)| sum.map(|v| v / weight);
-        self.places.iter().copied().zip(sums.into_iter().map(mean)).collect()
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
     }
-}
 
-/// Puts a tile's resolved edge pixels into the picture.
-pub fn place(context: &Context, index: usize, edges: &[(usize, [f32; 3])], pixels: &mut [f32]) {
-    let (channels, tile) = (context.view.layer.channels(), context.grid.tile(index));
-    for (place, value) in edges {
-        let (x, y) = tile.pixel(*place);
-        let start = (y * context.grid.width + x) * channels;
-        pixels[start..start + channels].copy_from_slice(&value[..channels]);
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.places.as_slice())
+            + size_of_val(self.rays.as_slice())
+            + size_of_val(self.hits.as_slice())
     }
 }
 
@@ -138,7 +117,7 @@ fn order(places: &[usize], shifts: &[DVec2]) -> Order {
 }
 
 /// On a screen a lamp's rim is a rim only if its radiance counts no more than white.
-fn weight(context: &Context, value: [f32; 3]) -> f32 {
+pub fn weight(context: &Context, value: [f32; 3]) -> f32 {
     if !weighs(&context.view) {
         return 1.0;
     }

@@ -4,7 +4,7 @@ use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
 use crate::airlight::{Method, Path, march, reference, sun2005};
 use crate::frame::context::{Context, Lamp};
 use crate::geometry::Ray;
-use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Rows, SIZE, get3, load3};
+use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::media::gaussians::BlobList;
 use crate::media::{Near, Purpose, Sum};
@@ -15,39 +15,35 @@ use glam::{DVec3, Vec3};
 
 /// What the fog does along a batch, as far as the layer shows it; but for an airlight that
 /// interpolates across the picture, which is formed for several batches at once.
-pub fn batch(context: &Context, rays: &Rays, hits: &Hits) -> Fogged {
-    if context.shows_fog() {
-        along(context, rays, hits, context.shows_airlight())
-    } else {
-        Fogged::clear()
-    }
+pub fn batch(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
+    if context.shows_fog() { along(context, lamps, rays, hits) } else { Fogged::clear(0) }
 }
 
 /// Optical depth, and airlight if `lit`, along rays that end at `hits`, as far as the job goes; what
 /// interpolates across the picture is added by [`mapped::add`](super::mapped::add).
-fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
-    let mut fogged = Fogged::clear();
+fn along(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
+    let mut fogged = Fogged::clear(lamps.len());
     let Context { job, field, .. } = context;
     if field.is_empty() || job.progress.is_over() {
         return fogged;
     }
     let parallel = context.viewpoint.parallel;
-    if lit && context.interpolates() {
+    if context.interpolates() {
         let haze = field.smooth(context.viewpoint.position);
         haze.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
         return fogged;
     }
-    let method = if lit { context.method } else { Method::None };
+    let method = if context.shows_airlight() { context.method } else { Method::None };
     if method == Method::Fogshop2007 {
-        published(context, rays, hits, &mut fogged);
+        published(context, lamps, rays, hits, &mut fogged);
         return fogged;
     }
     let near = near_views(context, &[Ends { rays, hits }], Purpose::Depth);
     near.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
     match method {
-        Method::Sun2005 => add_homogeneous(context, rays, hits, |_| 1.0, &mut fogged.airlight),
+        Method::Sun2005 => add_homogeneous(context, lamps, (rays, hits), |_| 1.0, &mut fogged),
         Method::Reference | Method::March(_) => {
-            add_ray_by_ray(context, rays, hits, &mut fogged.airlight);
+            add_ray_by_ray(context, lamps, rays, hits, &mut fogged.airlight);
         }
         Method::None | Method::Mapped | Method::Fogshop2007 => {}
     }
@@ -55,11 +51,11 @@ fn along(context: &Context, rays: &Rays, hits: &Hits, lit: bool) -> Fogged {
 }
 
 /// Optical depth, and airlight as published.
-fn published(context: &Context, rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
+fn published(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
     let haze = fogshop2007::haze(context.field) as f32;
     fogged.depth = hits.length.map(|length| length * haze);
     let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
-    add_homogeneous(context, rays, hits, factor, &mut fogged.airlight);
+    add_homogeneous(context, lamps, (rays, hits), factor, fogged);
     let gaussians = &context.field.media().gaussians;
     if gaussians.all().is_empty() {
         return;
@@ -67,7 +63,7 @@ fn published(context: &Context, rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
     let (bundle, shortest) = bundle_of_views(context, &[Ends { rays, hits }]);
     let search = context.field.search_for(gaussians, bundle, shortest, Purpose::Airlight);
     let list = BlobList::new(context.job.level, gaussians, &search);
-    add_blobs(context, &list, rays, hits, fogged);
+    add_blobs(context, lamps, &list, (rays, hits), fogged);
 }
 
 /// What matters of the fog to some batches of view rays.
@@ -110,63 +106,58 @@ fn bundle(position: DVec3, block: &[Ends<'_>], longest: f64) -> Option<Bundle> {
 
 fn add_homogeneous(
     context: &Context,
-    rays: &Rays,
-    hits: &Hits,
+    lamps: &[usize],
+    (rays, hits): (&Rays, &Hits),
     factor: impl Fn(usize) -> f64,
-    airlight: &mut Rows,
+    fogged: &mut Fogged,
 ) {
-    if fogshop2007::haze(context.field) == 0.0 {
+    let beta = fogshop2007::haze(context.field);
+    if beta == 0.0 {
         return;
     }
-    for (i, lamp) in context.lamps.iter().enumerate() {
-        let intensity = (factor(i) * lamp.scattered).as_vec3();
-        dispatch!(context.job.level, simd => {
-            add_sun(simd, context, lamp, intensity, (rays, hits), airlight);
-        });
+    for (i, row) in lamps.iter().zip(&mut fogged.airlight) {
+        let (lamp, factor) = (&context.lamps[*i], factor(*i));
+        dispatch!(context.job.level, simd => add_sun(simd, (beta, factor), lamp, (rays, hits), row));
     }
 }
 
 #[inline(always)]
 fn add_sun<S: Simd>(
     simd: S,
-    context: &Context,
+    (beta, factor): (f64, f64),
     lamp: &Lamp,
-    intensity: Vec3,
     (rays, hits): (&Rays, &Hits),
-    airlight: &mut Rows,
+    row: &mut Row,
 ) {
     let one = Lanes::splat(simd, 1.0);
-    let beta = one.lit(fogshop2007::haze(context.field));
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
         let light = V3::lit(one, lamp.from_camera) - load3(simd, &rays.offset, at);
         let length = Lanes::load(simd, &hits.length[at..]);
-        let value = sun2005::airlight(beta, light, direction, length);
-        accumulate(simd, value, intensity, airlight, at);
+        let value = sun2005::airlight(one.lit(beta), light, direction, length);
+        value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);
     }
 }
 
-#[inline(always)]
-fn accumulate<S: Simd>(simd: S, value: Lanes<S>, rgb: Vec3, rows: &mut Rows, at: usize) {
-    for (k, row) in rows.iter_mut().enumerate() {
-        let sum = value.mul_add(Lanes::splat(simd, rgb[k]), Lanes::load(simd, &row[at..]));
-        sum.store(&mut row[at..]);
-    }
-}
-
-fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
-    let pairs = context.lamps.iter().zip(&context.lit_blobs);
-    let lights: Vec<_> = pairs
-        .map(|(lamp, lit)| LightRow {
-            scattered: (lamp.scattered / (4.0 * std::f64::consts::PI)).as_vec3().to_array(),
+fn add_blobs(
+    context: &Context,
+    lamps: &[usize],
+    list: &BlobList,
+    (rays, hits): (&Rays, &Hits),
+    fogged: &mut Fogged,
+) {
+    let light = |i: &usize| {
+        let (lamp, lit) = (&context.lamps[*i], &context.lit_blobs[*i]);
+        LightRow {
             distance: lamp.from_camera.length() as f32,
             blobs: &lit.blobs,
             position: lamp.from_camera,
             exponents: &lit.exponents,
-        })
-        .collect();
+        }
+    };
+    let lights: Vec<_> = lamps.iter().map(light).collect();
     let (length, parallel) = (&hits.length, context.viewpoint.parallel);
-    list.in_parts(lights.len(), context.job.progress, |list| {
+    list.in_parts(context.job.progress, |list| {
         dispatch!(context.job.level, simd => if parallel {
             add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
         } else {
@@ -176,7 +167,13 @@ fn add_blobs(context: &Context, list: &BlobList, rays: &Rays, hits: &Hits, fogge
 }
 
 /// In f64.
-fn add_ray_by_ray(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Rows) {
+fn add_ray_by_ray(
+    context: &Context,
+    lamps: &[usize],
+    rays: &Rays,
+    hits: &Hits,
+    airlight: &mut [Row],
+) {
     for at in 0..rays.count.min(SIZE) {
         if context.job.progress.is_over() {
             return;
@@ -185,15 +182,13 @@ fn add_ray_by_ray(context: &Context, rays: &Rays, hits: &Hits, airlight: &mut Ro
         let direction = get3(&rays.direction, at).as_dvec3().normalize();
         let ray = Ray { origin, direction };
         let length = f64::from(hits.length[at]);
-        for lamp in &context.lamps {
-            let (field, phase, light) = (context.field, context.phase, lamp.position);
+        for (i, row) in lamps.iter().zip(airlight.iter_mut()) {
+            let (field, phase, light) = (context.field, context.phase, context.lamps[*i].position);
             let path = Path::new(field, light, ray, length).of(context.job.progress);
-            let unit = match context.method {
+            row[at] += match context.method {
                 Method::March(steps) => march::airlight_along(&path, phase, steps),
                 _ => reference::airlight_along(&path, phase),
-            };
-            let radiance = (unit * lamp.scattered).as_vec3();
-            airlight.iter_mut().enumerate().for_each(|(k, row)| row[at] += radiance[k]);
+            } as f32;
         }
     }
 }

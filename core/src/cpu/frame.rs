@@ -1,24 +1,31 @@
 //! One frame on the CPU, read top to bottom as a list of passes over tiles.
 
-use super::edges::{self, Samples};
+use super::composite::{self, Made};
+use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing, is_low};
 use super::tiles::tiles;
-use super::trace::{self, Order};
-use super::{composite, fog, mapped, shade, upsample};
-use crate::frame::Frame;
+use super::traced::Traced;
+use super::{fog, mapped, shade, upsample};
 use crate::frame::cache::Cache;
 use crate::frame::context::Context;
 use crate::frame::lights::{fill_tables, light_sides};
 use crate::frame::samples::CENTER;
-use crate::geometry::batch::{Ends, Fogged, Hits, Rows, SIZE, TILE};
+use crate::frame::{Frame, Lap};
+use crate::geometry::batch::{Ends, Fogged, Row};
+use crate::kept::{Kept, Same};
 use crate::progress::{Interrupted, Progress};
 use crate::request::{Quality, View};
 use crate::scene::CheckedScene;
 use rayon::prelude::*;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Tiles of the largest picture of which something is kept: 2 million pixels, 42 MB of first hits.
+const KEPT_TILES: usize = 1 << 13;
 
 /// Renders one layer.
 pub fn render(
     cache: &Cache,
+    passes: &Passes,
     scene: &CheckedScene,
     view: &View,
     progress: &Progress,
@@ -26,36 +33,58 @@ pub fn render(
     let mut clock = Clock::start(progress);
     let geometry = cache.geometry(scene, progress)?;
     let field = cache.field(scene, progress)?;
-    clock.lap("prepare")?;
+    clock.lap("prepare", true)?;
     let mut context = Context::new(scene, &geometry, &field, view, progress);
+    // What is kept of a large picture would push out all else.
+    let fresh = (context.grid.count() > KEPT_TILES).then(Passes::default);
+    let passes = fresh.as_ref().unwrap_or(passes);
 
-    let trace = || first_hits(&context);
-    let hits = cache.first_hits(scene, &geometry, context.grid, progress, trace)?;
-    clock.lap("surfaces")?;
+    let tracing = Tracing {
+        geometry: Same::new(&geometry),
+        camera: scene.camera.clone(),
+        grid: context.grid,
+        far_m: scene.far_m,
+        samples: view.samples.unwrap_or(1),
+    };
+    let mut traces = false;
+    let trace = || {
+        traces = true;
+        Traced::new(&context)
+    };
+    let traced = passes.traced.get(&tracing, progress, trace)?;
+    passes.forget_old_pictures();
+    clock.lap("surfaces", traces)?;
 
-    context.lit_blobs = light_sides(&context, cache)?;
-    fill_tables(&mut context, cache)?;
-    clock.lap("light_depth")?;
-
-    let draft = view.quality == Quality::Draft && context.needs_low_resolution();
-    let low = draft.then(|| upsample::Low::render(&context, &hits)).transpose()?;
-    let low = low.as_ref();
-    clock.lap_if(draft, "low_resolution")?;
-
-    let surface = surfaces(&context, &hits, low)?;
-    clock.lap("surface_radiance")?;
-
-    let blocks = blocks(&context);
-    let fog = fog(&context, &hits, low, &blocks);
-    let has_edges = fog.iter().any(|block| !block.edges.is_empty());
-    clock.lap(if has_edges { "airlight_and_edges" } else { "airlight" })?;
-
-    let along_views = by_tile(&context, &blocks, &fog);
-    let mut pixels = composite::picture(&context, &hits, &surface, &along_views);
-    for (index, edges) in fog.iter().flat_map(|block| &block.edges) {
-        edges::place(&context, *index, edges, &mut pixels);
+    let fills = fill_tables(&mut context, cache)?;
+    let mut shades = Lamps::shading(&context, passes, &traced);
+    let mut fogs = Lamps::fogging(&context, passes, &traced);
+    if fogs.is_wanting() {
+        context.lit_blobs = light_sides(&context, cache)?;
     }
-    clock.lap("composite")?;
+    clock.lap("light_depth", fills || !context.lit_blobs.is_empty())?;
+
+    let draft = is_low(&context);
+    let low = if draft && (shades.is_wanting() || fogs.is_wanting()) {
+        let (lamps, shaded) = (&fogs.missing, &shades.missing);
+        Some(upsample::Low::render(&context, lamps, shaded, &traced.tiles)?)
+    } else {
+        None
+    };
+    clock.lap_if(draft, "low_resolution", low.is_some())?;
+
+    let runs = shades.is_wanting();
+    shades.run(&passes.depths, |lamps| light_depths(&context, &traced, low.as_ref(), lamps))?;
+    clock.lap("surface_radiance", runs)?;
+
+    let runs = fogs.is_wanting();
+    fogs.run(&passes.fog, |lamps| fog(&context, &traced, low.as_ref(), lamps))?;
+    let has_edges = traced.samples.iter().any(|samples| !samples.is_empty());
+    clock.lap(if has_edges { "airlight_and_edges" } else { "airlight" }, runs)?;
+
+    let made =
+        Made { context: &context, traced: &traced, fog: &fogs.shares, depths: &shades.shares };
+    let pixels = composite::picture(&made);
+    clock.lap("composite", true)?;
 
     let (width, height) = (context.grid.width, context.grid.height);
     let (layer, camera) = (view.layer, scene.camera.clone());
@@ -63,42 +92,91 @@ pub fn render(
     Ok(Frame { width, height, layer, camera, pixels, shown: None, timings, backend })
 }
 
-fn first_hits(context: &Context) -> Result<Vec<Hits>, Interrupted> {
-    let starts = std::array::from_fn(|row| row * TILE);
-    let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
-    let nothing = Hits::nothing(context.far_m);
-    tiles(context, context.grid.count(), &nothing, |index| {
-        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        trace::tile(context, index, &[rays], &order).pop().unwrap_or_else(|| nothing.clone())
-    })
+/// A pass lamp by lamp: what is kept of it, and which lamps it must be made for.
+struct Lamps<K, T> {
+    keys: Vec<K>,
+    shares: Vec<Option<Arc<Share<T>>>>,
+    missing: Vec<usize>,
+    /// Whether there is more to it than lamps.
+    is_alone: bool,
 }
 
-fn surfaces(
-    context: &Context,
-    hits: &[Hits],
-    low: Option<&upsample::Low>,
-) -> Result<Vec<Rows>, Interrupted> {
-    if !context.shows_surfaces() {
-        return Ok(Vec::new());
+impl Lamps<Shading, Depths> {
+    fn shading(context: &Context, passes: &Passes, traced: &Arc<Traced>) -> Self {
+        let lamps = if context.shows_surfaces() { context.lamps.len() } else { 0 };
+        let keys = (0..lamps).map(|i| Shading::new(context, traced, i)).collect();
+        Self::find(keys, false, |key| passes.depths.find(key))
     }
-    tiles(context, context.grid.count(), &[[0.0; SIZE]; 3], |index| {
-        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        match low {
-            Some(low) => {
-                let depths = low.light_depths(context, index, &rays, &hits[index]);
-                shade::surface_radiance(context, &rays, &hits[index], &depths)
-            }
-            None => shade::batch(context, &rays, &hits[index]),
-        }
-    })
 }
 
-/// What fog does to a block of tiles.
-struct Fog {
-    /// Tile by tile, if the layer shows it.
-    along_views: Vec<Fogged>,
-    /// The edge pixels of some tiles, by the tile's place.
-    edges: Vec<(usize, edges::Resolved)>,
+impl Lamps<Fogging, Fog> {
+    /// What takes light away stands for a lamp behind the last, where no lamp's own run tells it.
+    fn fogging(context: &Context, passes: &Passes, traced: &Arc<Traced>) -> Self {
+        let lamps = if context.is_lit() { context.lamps.len() } else { 0 };
+        let mut keys: Vec<_> = (0..lamps).map(|i| Fogging::new(context, traced, Some(i))).collect();
+        let is_alone = context.shows_fog() && !context.interpolates();
+        keys.extend(is_alone.then(|| Fogging::new(context, traced, None)));
+        // Who asks for an estimator by name measures it.
+        let keeps = context.view.estimator.is_none();
+        Self::find(keys, is_alone, |key| passes.fog.find(key).filter(|_| keeps))
+    }
+}
+
+impl<K: PartialEq + Clone, T> Lamps<K, T> {
+    fn find(keys: Vec<K>, is_alone: bool, find: impl Fn(&K) -> Option<Arc<Share<T>>>) -> Self {
+        let shares: Vec<_> = keys.iter().map(find).collect();
+        let lamps = keys.len() - usize::from(is_alone);
+        let missing = (0..lamps).filter(|i| shares[*i].is_none()).collect();
+        Self { keys, shares, missing, is_alone }
+    }
+
+    /// Whether anything must be made.
+    fn is_wanting(&self) -> bool {
+        self.shares.iter().any(Option::is_none)
+    }
+
+    /// Makes what is missing, all lamps in one run, and keeps it; `make` also tells its bytes a lamp.
+    fn run(
+        &mut self,
+        kept: &Kept<K, Share<T>>,
+        make: impl FnOnce(&[usize]) -> Result<(T, usize), Interrupted>,
+    ) -> Result<(), Interrupted> {
+        if !self.is_wanting() {
+            return Ok(());
+        }
+        let (run, bytes) = make(&self.missing)?;
+        let run = Arc::new(run);
+        let alone =
+            self.is_alone.then(|| self.keys.len() - 1).filter(|i| self.shares[*i].is_none());
+        for (slot, i) in self.missing.iter().copied().chain(alone).enumerate() {
+            let share = Share::new(&run, slot, bytes);
+            self.shares[i] = Some(kept.put(self.keys[i].clone(), share));
+        }
+        Ok(())
+    }
+}
+
+/// Depths from some lamps to all that is seen.
+fn light_depths(
+    context: &Context,
+    traced: &Traced,
+    low: Option<&upsample::Low>,
+    lamps: &[usize],
+) -> Result<(Depths, usize), Interrupted> {
+    let depths = tiles(context, context.grid.count(), &Vec::new(), |index| {
+        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+        let of_batch = |(at, ends): (usize, Ends)| match low {
+            Some(low) if at == 0 => low.light_depths(context, lamps, index, ends),
+            _ => {
+                let Ends { rays, hits } = ends;
+                let depth = |i: &usize| shade::light_depth(context, &context.lamps[*i], rays, hits);
+                lamps.iter().map(depth).collect::<Vec<_>>()
+            }
+        };
+        traced.batches(index, &rays).enumerate().map(of_batch).collect::<Vec<_>>()
+    })?;
+    let batches: usize = depths.iter().map(Vec::len).sum();
+    Ok((depths, batches * size_of::<Row>()))
 }
 
 /// Tiles whose fog is formed together: what is interpolated across the picture serves them all.
@@ -108,77 +186,77 @@ fn blocks(context: &Context) -> Vec<Vec<usize>> {
     context.grid.blocks(across)
 }
 
-/// The fog of each block, for its pixels and the samples of its edges.
+/// The fog along all rays, with the light of some lamps.
 fn fog(
     context: &Context,
-    hits: &[Hits],
+    traced: &Traced,
     low: Option<&upsample::Low>,
-    blocks: &[Vec<usize>],
-) -> Vec<Fog> {
-    let edges = context.view.samples.is_some_and(|samples| samples > 1);
-    if !context.shows_fog() && !edges {
-        return Vec::new();
-    }
-    let tiles = if context.shows_fog() { context.grid.count() } else { 0 };
-    context.job.progress.start(tiles, 1.0);
+    lamps: &[usize],
+) -> Result<(Fog, usize), Interrupted> {
+    context.job.progress.start(context.grid.count(), 1.0);
     // One by one, because some take ten times as long as others.
-    blocks.par_iter().with_max_len(1).map(|block| fog_of(context, hits, low, block)).collect()
+    let blocks = blocks(context);
+    let made = blocks.par_iter().with_max_len(1);
+    let made: Vec<_> = made.map(|block| fog_of(context, traced, low, lamps, block)).collect();
+    context.job.progress.check()?;
+    let mut by_tile: Fog = Vec::new();
+    by_tile.resize_with(context.grid.count(), Vec::new);
+    for (index, fogged) in blocks.into_iter().flatten().zip(made.into_iter().flatten()) {
+        by_tile[index] = fogged;
+    }
+    let batches: usize = by_tile.iter().map(Vec::len).sum();
+    // A row a lamp, and that of what is taken away.
+    Ok((by_tile, batches * size_of::<Row>() * (lamps.len() + 1) / lamps.len().max(1)))
 }
 
-/// The fog of each tile; of none if the layer shows no fog.
-fn by_tile<'a>(context: &Context, blocks: &[Vec<usize>], fog: &'a [Fog]) -> Vec<&'a Fogged> {
-    let tiles = blocks.iter().zip(fog).flat_map(|(block, fog)| block.iter().zip(&fog.along_views));
-    let mut tiles: Vec<_> = tiles.collect();
-    tiles.sort_unstable_by_key(|(index, _)| **index);
-    debug_assert!(tiles.is_empty() || tiles.len() == context.grid.count());
-    tiles.into_iter().map(|(_, fogged)| fogged).collect()
-}
-
-fn fog_of(context: &Context, hits: &[Hits], low: Option<&upsample::Low>, block: &[usize]) -> Fog {
+/// The same of some tiles.
+fn fog_of(
+    context: &Context,
+    traced: &Traced,
+    low: Option<&upsample::Low>,
+    lamps: &[usize],
+    block: &[usize],
+) -> Vec<Vec<Fogged>> {
     if context.job.progress.is_over() {
-        return Fog { along_views: Vec::new(), edges: Vec::new() };
+        return Vec::new();
     }
     let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
     let rays: Vec<_> = block.iter().map(rays).collect();
-    let samples: Vec<_> = block.iter().map(|index| Samples::new(context, hits, *index)).collect();
-    // Tiles first, then the samples.
-    let tiles = if context.shows_fog() { block.len() } else { 0 };
-    let ends = |(index, rays): (&usize, _)| Ends { rays, hits: &hits[*index] };
-    let mut ends: Vec<_> = block.iter().zip(&rays).take(tiles).map(ends).collect();
-    ends.extend(samples.iter().flat_map(Samples::ends));
-    let fog = |(at, Ends { rays, hits }): (usize, &Ends)| {
-        let fogged = match low {
-            Some(low) if at < tiles => low.fog(context, block[at], rays, hits),
-            _ => fog::batch(context, rays, hits),
-        };
-        if at < tiles && !context.is_mapped() {
+    let mut batches = Vec::new();
+    let mut counts = Vec::with_capacity(block.len());
+    for (index, rays) in block.iter().zip(&rays) {
+        let before = batches.len();
+        batches.extend(traced.batches(*index, rays));
+        counts.push(batches.len() - before);
+    }
+    let mut fogged = Vec::with_capacity(batches.len());
+    let mut rest = batches.as_slice();
+    for (index, count) in block.iter().zip(&counts) {
+        let (own, others) = rest.split_at(*count);
+        rest = others;
+        for (at, ends) in own.iter().enumerate() {
+            fogged.push(match low {
+                Some(low) if at == 0 => low.fog(context, lamps, *index, *ends),
+                _ => fog::batch(context, lamps, ends.rays, ends.hits),
+            });
+        }
+        if !context.is_mapped() {
             context.job.progress.advance();
         }
-        fogged
-    };
-    let mut along_views: Vec<_> = ends.iter().enumerate().map(fog).collect();
+    }
     if context.is_mapped() {
-        mapped::add(context, &ends, &mut along_views);
-        (0..tiles).for_each(|_| context.job.progress.advance());
+        mapped::add(context, lamps, &batches, &mut fogged);
+        block.iter().for_each(|_| context.job.progress.advance());
     }
-    let along_samples = along_views.split_off(tiles);
-    let mut rest = along_samples.as_slice();
-    let mut edges = Vec::new();
-    for (index, samples) in block.iter().zip(&samples) {
-        let (own, others) = rest.split_at(samples.ends().count());
-        rest = others;
-        if !own.is_empty() {
-            edges.push((*index, samples.resolve(context, own)));
-        }
-    }
-    Fog { along_views, edges }
+    let mut fogged = fogged.into_iter();
+    counts.into_iter().map(|count| fogged.by_ref().take(count).collect()).collect()
 }
 
 /// Times passes, and stops between them.
 struct Clock<'a> {
     progress: &'a Progress,
     since: Instant,
-    laps: Vec<(&'static str, Duration)>,
+    laps: Vec<Lap>,
 }
 
 impl<'a> Clock<'a> {
@@ -186,13 +264,14 @@ impl<'a> Clock<'a> {
         Self { progress, since: Instant::now(), laps: Vec::new() }
     }
 
-    fn lap(&mut self, name: &'static str) -> Result<(), Interrupted> {
-        self.lap_if(true, name)
+    /// A pass has ended; it ran, or its output was kept.
+    fn lap(&mut self, pass: &'static str, ran: bool) -> Result<(), Interrupted> {
+        self.lap_if(true, pass, ran)
     }
 
-    fn lap_if(&mut self, ran: bool, name: &'static str) -> Result<(), Interrupted> {
-        if ran {
-            self.laps.push((name, self.since.elapsed()));
+    fn lap_if(&mut self, counts: bool, pass: &'static str, ran: bool) -> Result<(), Interrupted> {
+        if counts {
+            self.laps.push(Lap { pass, took: self.since.elapsed(), is_reused: !ran });
         }
         self.since = Instant::now();
         self.progress.check()

@@ -5,9 +5,11 @@ mod edges;
 mod fog;
 mod frame;
 mod mapped;
+mod passes;
 mod shade;
 mod tiles;
 mod trace;
+mod traced;
 mod triangle;
 mod upsample;
 
@@ -18,12 +20,14 @@ use crate::probe::{Prober, RayAnswer, method};
 use crate::progress::{Interrupted, Progress};
 use crate::request::{ProbeRay, View};
 use crate::scene::{CheckedScene, Point};
+use passes::Passes;
 use rayon::prelude::*;
 
 /// The CPU backend.
 #[derive(Debug, Default)]
 pub struct Cpu {
     pub(crate) cache: Cache,
+    passes: Passes,
 }
 
 impl Cpu {
@@ -34,7 +38,7 @@ impl Cpu {
         view: &View,
         progress: &Progress,
     ) -> Result<Frame, Interrupted> {
-        frame::render(&self.cache, scene, view, progress)
+        frame::render(&self.cache, &self.passes, scene, view, progress)
     }
 
     /// See [`crate::Renderer::probe`].

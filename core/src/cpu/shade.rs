@@ -12,16 +12,6 @@ use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 
-/// Surface radiance of a batch, every light's depth exact; black if the layer shows none.
-pub fn batch(context: &Context, rays: &Rays, hits: &Hits) -> Rows {
-    if !context.shows_surfaces() {
-        return [[0.0; SIZE]; 3];
-    }
-    let depths: Vec<_> =
-        context.lamps.iter().map(|lamp| light_depth(context, lamp, rays, hits)).collect();
-    surface_radiance(context, rays, hits, &depths)
-}
-
 /// Optical depth from one light to every hit; of what is smooth alone if the job is over.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
     let mut paths = Rays::empty();
@@ -93,7 +83,7 @@ pub fn near_paths(
 }
 
 /// Radiance that the hits send towards the eye, given each light's depth to them.
-pub fn surface_radiance(context: &Context, rays: &Rays, hits: &Hits, depths: &[Row]) -> Rows {
+pub fn surface_radiance(context: &Context, rays: &Rays, hits: &Hits, depths: &[&Row]) -> Rows {
     dispatch!(context.job.level, simd => radiance_in_lanes(simd, context, rays, hits, depths))
 }
 
@@ -103,7 +93,7 @@ fn radiance_in_lanes<S: Simd>(
     context: &Context,
     rays: &Rays,
     hits: &Hits,
-    depths: &[Row],
+    depths: &[&Row],
 ) -> Rows {
     let one = Lanes::splat(simd, 1.0);
     let mut radiance = [[0.0; SIZE]; 3];

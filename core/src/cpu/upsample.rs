@@ -9,7 +9,7 @@ use super::{fog, shade};
 use crate::frame::context::Context;
 use crate::frame::samples::CENTER;
 use crate::frame::viewpoint::Grid;
-use crate::geometry::batch::{Fogged, Hits, Rays, Row, SIZE, TILE};
+use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, TILE};
 use crate::progress::Interrupted;
 
 /// Pixels from one computed pixel to the next.
@@ -28,6 +28,7 @@ pub struct Low {
     grid: Grid,
     hits: Vec<Hits>,
     fogged: Vec<Fogged>,
+    /// Of the lamps that are asked for, tile by tile.
     light_depths: Vec<Vec<Row>>,
     glows: Vec<(f64, f64)>,
 }
@@ -47,24 +48,25 @@ struct Around {
 type Sources = [(usize, f32); 4];
 
 impl Low {
-    /// Computes one pixel in 16.
+    /// Computes one pixel in 16: the airlight of some lamps, and what lies between others and the surfaces.
     ///
     /// # Errors
     /// [`Interrupted`] when the job's progress says so.
-    pub fn render(context: &Context, hits: &[Hits]) -> Result<Self, Interrupted> {
+    pub fn render(
+        context: &Context,
+        lamps: &[usize],
+        shaded: &[usize],
+        hits: &[Hits],
+    ) -> Result<Self, Interrupted> {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
         context.job.progress.start(grid.count(), SHARE);
-        let blank = (Hits::nothing(context.far_m), Fogged::clear(), Vec::new());
+        let blank = (Hits::nothing(context.far_m), Fogged::clear(0), Vec::new());
         let tiles = tiles(context, grid.count(), &blank, |index| {
             let (rays, hits) = gather(context, hits, grid, index);
-            let fogged = fog::batch(context, &rays, &hits);
-            let depth = |lamp| shade::light_depth(context, lamp, &rays, &hits);
-            let depths: Vec<_> = if context.shows_surfaces() {
-                context.lamps.iter().map(depth).collect()
-            } else {
-                rows_for_lamps(context)
-            };
+            let fogged = fog::batch(context, lamps, &rays, &hits);
+            let depth = |i: &usize| shade::light_depth(context, &context.lamps[*i], &rays, &hits);
+            let depths = shaded.iter().map(depth).collect();
             context.job.progress.advance();
             (hits, fogged, depths)
         });
@@ -79,46 +81,52 @@ impl Low {
         Ok(low)
     }
 
-    /// Optical depth and airlight of a tile.
-    pub fn fog(&self, context: &Context, index: usize, rays: &Rays, hits: &Hits) -> Fogged {
+    /// Optical depth of a tile, and airlight of some lamps.
+    pub fn fog(
+        &self,
+        context: &Context,
+        lamps: &[usize],
+        index: usize,
+        Ends { rays, hits }: Ends<'_>,
+    ) -> Fogged {
         let around = self.around(context, index);
-        let values = around.at.map(|(tile, place)| {
-            let Fogged { depth, airlight: [r, g, b] } = &self.fogged[tile];
-            [depth[place], r[place], g[place], b[place]]
-        });
-        let mut fogged = Fogged::clear();
+        let mut fogged = Fogged::clear(lamps.len());
         let missing = self.carry(context, index, &around, hits, true, |at, sources| {
-            let mut mixed = [0.0; 4];
             for (source, weight) in sources {
-                (0..4).for_each(|k| mixed[k] += weight * values[source][k]);
+                let (tile, place) = around.at[source];
+                let from = &self.fogged[tile];
+                fogged.depth[at] += weight * from.depth[place];
+                for (row, from) in fogged.airlight.iter_mut().zip(&from.airlight) {
+                    row[at] += weight * from[place];
+                }
             }
-            fogged.depth[at] = mixed[0];
-            (0..3).for_each(|k| fogged.airlight[k][at] = mixed[k + 1]);
         });
         let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return fogged };
-        let exact = fog::batch(context, &rays, &hits);
+        let exact = fog::batch(context, lamps, &rays, &hits);
         for (from, at) in missing.into_iter().enumerate() {
             fogged.depth[at] = exact.depth[from];
-            (0..3).for_each(|k| fogged.airlight[k][at] = exact.airlight[k][from]);
+            for (row, exact) in fogged.airlight.iter_mut().zip(&exact.airlight) {
+                row[at] = exact[from];
+            }
         }
         fogged
     }
 
-    /// Depth from every light to the hits of a tile.
+    /// Depth from some lights to the hits of a tile.
     pub fn light_depths(
         &self,
         context: &Context,
+        shaded: &[usize],
         index: usize,
-        rays: &Rays,
-        hits: &Hits,
+        Ends { rays, hits }: Ends<'_>,
     ) -> Vec<Row> {
         if context.field.lumps() == 0 {
             // A product with the distance is cheaper than any neighbour.
-            let exact = |lamp| shade::light_depth(context, lamp, rays, hits);
-            return context.lamps.iter().map(exact).collect();
+            let exact = |i: &usize| shade::light_depth(context, &context.lamps[*i], rays, hits);
+            return shaded.iter().map(exact).collect();
         }
         let around = self.around(context, index);
-        let mut depths = rows_for_lamps(context);
+        let mut depths = vec![[0.0; SIZE]; shaded.len()];
         let missing = self.carry(context, index, &around, hits, false, |at, sources| {
             for (source, weight) in sources {
                 let (tile, place) = around.at[source];
@@ -128,8 +136,8 @@ impl Low {
             }
         });
         let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return depths };
-        for (depth, lamp) in depths.iter_mut().zip(&context.lamps) {
-            let exact = shade::light_depth(context, lamp, &rays, &hits);
+        for (depth, i) in depths.iter_mut().zip(shaded) {
+            let exact = shade::light_depth(context, &context.lamps[*i], &rays, &hits);
             missing.iter().enumerate().for_each(|(from, at)| depth[*at] = exact[from]);
         }
         depths
@@ -245,9 +253,4 @@ fn subset(context: &Context, rays: &Rays, hits: &Hits, places: &[usize]) -> Opti
     some.pad();
     ends.pad(last);
     Some((some, ends))
-}
-
-/// One row of zeros for each light.
-fn rows_for_lamps(context: &Context) -> Vec<Row> {
-    vec![[0.0; SIZE]; context.lamps.len()]
 }

@@ -1,15 +1,13 @@
-//! What outlives a frame: geometry, extinction field, first hits, and what stands around lights. Each
+//! What outlives a frame on either backend: geometry, extinction field, and what stands around lights. Each
 //! is found by all that it depends on: surfaces and fog by value, once a frame, and what is made from
 //! them by their address.
 
 use super::light_table::{Fineness, LightTable};
-use super::viewpoint::Grid;
 use crate::airlight::fogshop2007::{CenterDepths, Eye};
-use crate::geometry::batch::Hits;
 use crate::kept::{Kept, Most, Same};
 use crate::media::{Field, Term};
 use crate::progress::{Interrupted, Progress};
-use crate::scene::{Blob, Camera, CheckedScene, Shape, Surface, Vec3};
+use crate::scene::{Blob, CheckedScene, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
 use glam::DVec3;
 use std::sync::Arc;
@@ -17,34 +15,18 @@ use std::sync::Arc;
 /// Geometries, and fields: those of a few scenes that clients go to and fro between.
 const SCENES: Most = Most { entries: 8, bytes: 256 << 20 };
 
-/// Pictures whose first hits are kept.
-const PICTURES: Most = Most { entries: 2, bytes: 96 << 20 };
-
-/// Tiles of the largest picture whose first hits are kept: 2 million pixels, 42 MB.
-const KEPT_TILES: usize = 1 << 13;
-
 /// Depths and tables around lights, each: those of a few scenes with the most lights. A dragged lamp
 /// leaves some behind at every place.
 const AROUND_LIGHTS: Most = Most { entries: 256, bytes: 128 << 20 };
 
-/// What first hits depend on.
-#[derive(Clone, Debug, PartialEq)]
-struct Seen {
-    geometry: Same<Geometry>,
-    camera: Camera,
-    grid: Grid,
-    far_m: f64,
-}
-
 /// A fog, and a place in it.
 type Place = (Same<Field>, DVec3);
 
-/// Geometry, field, first hits, and what stands around lights, of the scenes that were used last.
+/// Geometry, field, and what stands around lights, of the scenes that were used last.
 #[derive(Debug)]
 pub struct Cache {
     geometry: Kept<Vec<Surface>, Geometry>,
     field: Kept<Vec<Term>, Field>,
-    hits: Kept<Seen, Vec<Hits>>,
     to_light: Kept<Place, Vec<f64>>,
     exact_to_light: Kept<Place, CenterDepths>,
     tables: Kept<(Place, Fineness), Option<LightTable>>,
@@ -59,7 +41,6 @@ impl Default for Cache {
             field: Kept::new(SCENES, |terms, field| {
                 terms.iter().map(bytes_of_term).sum::<usize>() + field.bytes()
             }),
-            hits: Kept::new(PICTURES, |_, hits| size_of_val(hits.as_slice())),
             to_light: Kept::new(AROUND_LIGHTS, |_, depths| size_of_val(depths.as_slice())),
             exact_to_light: Kept::new(AROUND_LIGHTS, |_, depths| depths.bytes()),
             tables: Kept::new(AROUND_LIGHTS, |_, table| {
@@ -93,26 +74,6 @@ impl Cache {
         progress: &Progress,
     ) -> Result<Arc<Field>, Interrupted> {
         self.field.get(scene.fog.terms.as_slice(), progress, || Ok(Field::new(&scene.fog.terms)))
-    }
-
-    /// First hits of all pixel centres, which no change of fog or lights moves.
-    ///
-    /// # Errors
-    /// What `make` fails with.
-    pub fn first_hits(
-        &self,
-        scene: &CheckedScene,
-        geometry: &Arc<Geometry>,
-        grid: Grid,
-        progress: &Progress,
-        make: impl FnOnce() -> Result<Vec<Hits>, Interrupted>,
-    ) -> Result<Arc<Vec<Hits>>, Interrupted> {
-        if grid.count() > KEPT_TILES {
-            return make().map(Arc::new);
-        }
-        let (geometry, camera) = (Same::new(geometry), scene.camera.clone());
-        let key = Seen { geometry, camera, grid, far_m: scene.far_m };
-        self.hits.get(&key, progress, make)
     }
 
     /// The blobs' depths from a light as pictures take them, which no move of the camera changes.

@@ -101,6 +101,11 @@ impl<'a> Context<'a> {
         matches!(self.view.layer, Layer::Beauty | Layer::Airlight)
     }
 
+    /// Whether the light of the lamps in the fog is shown.
+    pub fn is_lit(&self) -> bool {
+        self.shows_airlight() && self.method != Method::None
+    }
+
     /// Whether the mapped airlight is shown.
     pub fn is_mapped(&self) -> bool {
         self.method == Method::Mapped && self.shows_airlight()

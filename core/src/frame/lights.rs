@@ -27,23 +27,28 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     context.lamps.iter().map(side).collect()
 }
 
-/// For the mapped airlight: what lies between the lights and everything else.
+/// For the mapped airlight: what lies between the lights and everything else. Whether any table had to be
+/// made.
 ///
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
-pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<(), Interrupted> {
+pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interrupted> {
     if !context.is_mapped() || !light_table::pay(context.field) {
-        return Ok(());
+        return Ok(false);
     }
     let fineness = Fineness::of(context.lamps.len());
-    let table = |lamp: &Lamp| {
+    let mut makes = false;
+    let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.position);
-        let make = || LightTable::new(&context.job, field, light, fineness);
+        let make = || {
+            makes = true;
+            LightTable::new(&context.job, field, light, fineness)
+        };
         cache.light_table(field, light, fineness, context.job.progress, make)
     };
-    let tables = context.lamps.iter().map(table).collect::<Result<Vec<_>, _>>()?;
+    let tables = context.lamps.iter().map(&mut table).collect::<Result<Vec<_>, _>>()?;
     for (lamp, table) in context.lamps.iter_mut().zip(tables) {
         lamp.table = table;
     }
-    Ok(())
+    Ok(makes)
 }

@@ -13,6 +13,24 @@ use crate::request::Layer;
 use crate::scene::Camera;
 use std::time::Duration;
 
+/// What a pass took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lap {
+    /// Its name.
+    pub pass: &'static str,
+    /// The time.
+    pub took: Duration,
+    /// Whether its output was kept from an earlier frame.
+    pub is_reused: bool,
+}
+
+impl Lap {
+    /// Of a pass that ran.
+    pub fn new(pass: &'static str, took: Duration) -> Self {
+        Self { pass, took, is_reused: false }
+    }
+}
+
 /// A finished image: linear radiance, optical depths or distances, before any encoding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
@@ -29,7 +47,7 @@ pub struct Frame {
     /// What a screen shows, `[height][width][3]` in sRGB, where the backend has formed that.
     pub shown: Option<Vec<u8>>,
     /// What each pass took, in order.
-    pub timings: Vec<(&'static str, Duration)>,
+    pub timings: Vec<Lap>,
     /// Where it was made: `cpu` or `gpu`.
     pub backend: &'static str,
 }

@@ -17,7 +17,7 @@ pub type Row = [f32; SIZE];
 pub type Rows = [Row; 3];
 
 /// Rays: a tile of pixels in rows, or any others.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Rays {
     /// How many are in use; the rest repeat the last one.
     pub count: usize,
@@ -42,12 +42,12 @@ pub struct Hits {
 pub const NOTHING: u32 = u32::MAX;
 
 /// What the fog does along rays.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Fogged {
     /// Optical depth.
     pub depth: Row,
-    /// Airlight [W/(m² sr)].
-    pub airlight: Rows,
+    /// Airlight per unit of ω·I of some lamps, a row each [1/m²].
+    pub airlight: Vec<Row>,
 }
 
 impl Rays {
@@ -119,9 +119,9 @@ impl Hits {
 }
 
 impl Fogged {
-    /// Clear air.
-    pub fn clear() -> Self {
-        Self { depth: [0.0; SIZE], airlight: [[0.0; SIZE]; 3] }
+    /// Clear air, before so many lamps.
+    pub fn clear(lamps: usize) -> Self {
+        Self { depth: [0.0; SIZE], airlight: vec![[0.0; SIZE]; lamps] }
     }
 }
 

@@ -19,11 +19,11 @@ mod tests;
 pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
-use crate::frame::Frame;
 use crate::frame::cache::Cache;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
 use crate::frame::lights::{fill_tables, light_sides};
+use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
 use crate::progress::Progress;
 use crate::request::View;
@@ -178,7 +178,7 @@ impl Gpu {
         if context.method == Method::Mapped && sums_too_many(&context) {
             return Ok(None);
         }
-        let mut timings = vec![("prepare", begun.elapsed())];
+        let mut timings = vec![Lap::new("prepare", begun.elapsed())];
         let drawn = match self.draw(&context, &geometry) {
             // What idles on the device makes room for what is asked for.
             Err(Failure::Memory(_)) => {
@@ -188,7 +188,7 @@ impl Gpu {
             drawn => drawn,
         };
         let (picture, times) = drawn?;
-        timings.extend(times);
+        timings.extend(times.into_iter().map(|(pass, took)| Lap::new(pass, took)));
         let (pixels, shown) = match picture {
             Picture::Linear(pixels) => (pixels, None),
             Picture::Screen(bytes) => (Vec::new(), Some(bytes)),

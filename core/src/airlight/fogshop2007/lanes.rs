@@ -4,9 +4,10 @@
 use super::{Crossing, LightSide, Lit};
 use crate::airlight::least_distance;
 use crate::geometry::batch::{Fogged, Rays, Row, SIZE, load3};
+use crate::json::limits::COUNTS;
 use crate::media::Field;
 use crate::media::gaussians::{BlobList, ExactRay, Seen, not_negative};
-use crate::num::Lanes;
+use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::Simd;
 use glam::{DVec3, Vec4};
@@ -44,8 +45,6 @@ impl LitBlobs {
 
 /// One light as the airlight kernel reads it.
 pub struct LightRow<'a> {
-    /// ω·I/(4π) [W/sr].
-    pub scattered: [f32; 3],
     /// Distance from the camera [m].
     pub distance: f32,
     /// For every blob of the field: a · (centre − light), and the exponent of f¹.
@@ -56,7 +55,11 @@ pub struct LightRow<'a> {
     pub exponents: &'a [f64],
 }
 
-/// Adds depth and airlight of all blobs in one go: the light's part reuses the line integral.
+/// Most lights of a frame, whose sums stand side by side.
+const MOST_LIGHTS: usize = COUNTS.lights;
+
+/// Adds depth of all blobs, and their airlight per unit of ω·I, a row a light, in one go: the light's part
+/// reuses the line integral.
 #[inline(always)]
 pub fn add_airlight<S: Simd, const PARALLEL: bool>(
     simd: S,
@@ -66,14 +69,14 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
     length: &Row,
     fogged: &mut Fogged,
 ) {
+    let lights = &lights[..lights.len().min(MOST_LIGHTS)];
+    let unit = Lanes::splat(simd, UNIT as f32);
     for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
         let offset = load3(simd, &rays.offset, at);
         let length = Lanes::load(simd, &length[at..]);
-        let mut sum = Sum {
-            depth: Lanes::load(simd, &fogged.depth[at..]),
-            airlight: load3(simd, &fogged.airlight, at),
-        };
+        let depth = Lanes::load(simd, &fogged.depth[at..]);
+        let mut sum = Sum { depth, airlight: [depth.lit(0.0); MOST_LIGHTS] };
         for blob in &list.cut {
             let seen = blob.seen::<S, PARALLEL>(simd, offset);
             let crossing = Crossing::new::<false>(&seen, direction, length);
@@ -89,11 +92,10 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
             let crossing = Crossing::whole(&seen, direction);
             sum.add(simd, &seen, &crossing, lights, blob.place);
         }
-        let Sum { depth, airlight } = sum;
-        not_negative(depth).store(&mut fogged.depth[at..]);
-        airlight.x.store(&mut fogged.airlight[0][at..]);
-        airlight.y.store(&mut fogged.airlight[1][at..]);
-        airlight.z.store(&mut fogged.airlight[2][at..]);
+        not_negative(sum.depth).store(&mut fogged.depth[at..]);
+        for (row, sum) in fogged.airlight.iter_mut().zip(&sum.airlight).take(lights.len()) {
+            sum.mul_add(unit, Lanes::load(simd, &row[at..])).store(&mut row[at..]);
+        }
     }
     for (place, blob) in &list.opaque {
         for at in 0..rays.count {
@@ -102,6 +104,9 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
         }
     }
 }
+
+/// 1/(4π): the share of isotropic scattering that goes one way [1/sr].
+const UNIT: f64 = 0.25 * std::f64::consts::FRAC_1_PI;
 
 /// Depth and airlight of one opaque blob along one ray, in f64.
 fn add_opaque(
@@ -114,21 +119,18 @@ fn add_opaque(
 ) {
     let crossing = Crossing::new::<true>(blob, ray.direction, ray.length);
     fogged.depth[at] += crossing.depth as f32;
-    for light in lights {
+    for (light, row) in lights.iter().zip(&mut fogged.airlight) {
         let to_light = V3::from(light.position) - ray.offset;
         let from_light = blob.b - to_light.scale(blob.a);
         let lit = Lit { from_light, exponent: light.exponents[place] };
         let floor = least_distance(f64::from(light.distance));
-        let value = crossing.scattered(blob, &lit, floor) as f32;
-        for (row, scattered) in fogged.airlight.iter_mut().zip(light.scattered) {
-            row[at] += value * scattered;
-        }
+        row[at] += (UNIT * crossing.scattered(blob, &lit, floor)) as f32;
     }
 }
 
 struct Sum<S: Simd> {
     depth: Lanes<S>,
-    airlight: V3<Lanes<S>>,
+    airlight: [Lanes<S>; MOST_LIGHTS],
 }
 
 impl<S: Simd> Sum<S> {
@@ -143,15 +145,12 @@ impl<S: Simd> Sum<S> {
         place: u32,
     ) {
         self.depth += crossing.depth;
-        for light in lights {
+        for (light, sum) in lights.iter().zip(&mut self.airlight) {
             let [x, y, z, exponent] = light.blobs[place as usize];
-            let lit = Lit {
-                from_light: V3::splat(simd, [x, y, z]),
-                exponent: Lanes::splat(simd, exponent),
-            };
+            let from_light = V3::splat(simd, [x, y, z]);
+            let lit = Lit { from_light, exponent: Lanes::splat(simd, exponent) };
             let floor = least_distance(Lanes::splat(simd, light.distance));
-            let value = crossing.scattered(seen, &lit, floor);
-            self.airlight = self.airlight + V3::splat(simd, light.scattered).scale(value);
+            *sum += crossing.scattered(seen, &lit, floor);
         }
     }
 }

@@ -39,7 +39,7 @@ const SMOOTH: f32 = 4.5;
 
 /// Adds the airlight of every light along the rays of some batches that stand together, and where
 /// the picture allows it sets what fog takes away, too.
-pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
+pub fn add(context: &Context, lamps: &[usize], block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let fog = near_views(context, block, Purpose::Nodes).patched();
     let haze = &context.field.smooth(context.viewpoint.position);
@@ -54,10 +54,10 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
             continue;
         }
         let sights = Sights::new(context, &around.fog, &patch);
-        for (i, lamp) in context.lamps.iter().enumerate() {
-            let sets_depth = i == 0 && context.interpolates();
-            let to = ToLamp { context, lamp, tolerance, sets_depth };
-            let pass = Pass { to, haze, block, places: &places };
+        for (row, i) in lamps.iter().enumerate() {
+            let sets_depth = *i == 0 && context.interpolates();
+            let to = ToLamp { context, lamp: &context.lamps[*i], tolerance, sets_depth };
+            let pass = Pass { to, row, haze, block, places: &places };
             let mut parts = pass.light(&patch, &sights, fogged);
             while let Some(part) = parts.pop().filter(|_| !is_over()) {
                 let sights = Sights::new(context, &around.fog, &part);
@@ -70,6 +70,8 @@ pub fn add(context: &Context, block: &[Ends<'_>], fogged: &mut [Fogged]) {
 /// Rays before one lamp.
 struct Pass<'a> {
     to: ToLamp<'a>,
+    /// Where its airlight stands among that of the lamps that are asked for.
+    row: usize,
     /// What is smooth, for rays from the viewpoint.
     haze: &'a Sum<dyn Smooth>,
     block: &'a [Ends<'a>],
@@ -296,7 +298,6 @@ impl Pass<'_> {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
         let ToLamp { context, lamp, .. } = self.to;
-        let rgb = lamp.scattered.as_vec3();
         for members in sums.layer.members.chunks(Lanes::<S>::COUNT) {
             let gathered = self.gather(members);
             let row = |i: usize| &gathered[i];
@@ -325,10 +326,7 @@ impl Pass<'_> {
             let mut values = [0.0; PADDED];
             sum.store(&mut values);
             for (value, ray) in values.iter().zip(members) {
-                let (rows, at) = (&mut fogged[ray.batch()].airlight, ray.at());
-                rows[0][at] += value * rgb.x;
-                rows[1][at] += value * rgb.y;
-                rows[2][at] += value * rgb.z;
+                fogged[ray.batch()].airlight[self.row][ray.at()] += value;
             }
             if !self.to.sets_depth {
                 continue;

@@ -53,9 +53,9 @@ pub struct BlobList {
     pub whole: Vec<Packed>,
 }
 
-/// Blobs, each lit by a light, that a batch of rays sums up within a few hundredths of a second; and
+/// Blobs that a batch of rays sums up within a few hundredths of a second, lit by a few lights; and
 /// how many of them an opaque one counts as, which is summed up in f64 and ray by ray.
-const BLOBS_A_LOOK: usize = 1 << 17;
+const BLOBS_A_LOOK: usize = 1 << 14;
 const OPAQUE_COST: usize = 128;
 
 /// A blob with an upper bound of its depth on any ray of a bundle.
@@ -92,10 +92,10 @@ impl BlobList {
         Self::keep(blobs.all(), bundle.origin, &weighed, loss)
     }
 
-    /// Has all blobs summed up, each for so many lights; in parts where they are so many that the job
-    /// may end meanwhile.
-    pub fn in_parts(&self, lights: usize, progress: &Progress, mut sum: impl FnMut(&Self)) {
-        let most = (BLOBS_A_LOOK / lights.max(1)).max(OPAQUE_COST);
+    /// Has all blobs summed up; in parts where they are so many that the job may end meanwhile. The parts
+    /// do not depend on how many lights they are summed up for, so neither do the sums.
+    pub fn in_parts(&self, progress: &Progress, mut sum: impl FnMut(&Self)) {
+        let most = BLOBS_A_LOOK;
         let lanes = self.cut.len() + self.dense.len() + self.whole.len();
         if lanes + OPAQUE_COST * self.opaque.len() <= most {
             return sum(self);

@@ -225,7 +225,7 @@ impl Medium for Blobs {
 
 impl Near for BlobList {
     fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
-        self.in_parts(1, job.progress, |list| {
+        self.in_parts(job.progress, |list| {
             dispatch!(job.level, simd => if parallel {
                 add_depth::<_, true>(simd, list, rays, length, depth);
             } else {

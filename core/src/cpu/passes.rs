@@ -1,0 +1,165 @@
+//! The passes that outlive a frame. Each is a value that holds all that its output depends on and compares
+//! equal exactly where that would be the same: large inputs by their address, the rest by value. What is
+//! kept is found by it.
+//!
+//! Airlight and the depth towards surfaces are kept lamp by lamp, at unit intensity: a lamp that moves
+//! recomputes its own, and a change of colour or exposure none.
+
+use super::traced::Traced;
+use crate::airlight::Method;
+use crate::frame::context::{Context, Lamp};
+use crate::frame::light_table::LightTable;
+use crate::frame::viewpoint::Grid;
+use crate::geometry::batch::{Fogged, Row};
+use crate::kept::{Kept, Most, Same};
+use crate::media::Field;
+use crate::phase::PhaseFunction;
+use crate::request::Quality;
+use crate::scene::Camera;
+use crate::shapes::Geometry;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// First hits, with the samples of edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tracing {
+    pub geometry: Same<Geometry>,
+    pub camera: Camera,
+    pub grid: Grid,
+    pub far_m: f64,
+    /// Samples of a pixel at an edge.
+    pub samples: u32,
+}
+
+/// The fog along view rays: the light of one lamp in it, or what it takes away alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fogging {
+    traced: Same<Traced>,
+    field: Same<Field>,
+    method: Method,
+    phase: PhaseFunction,
+    quality: Quality,
+    for_screen: bool,
+    lamp: Option<Light>,
+    /// Lamps around whose images a draft computes all pixels.
+    glows: Vec<DVec3>,
+}
+
+/// What lies between a lamp and the surfaces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shading {
+    traced: Same<Traced>,
+    field: Same<Field>,
+    /// In drafts it is carried over from pixel to pixel.
+    is_low: bool,
+    lamp: Light,
+}
+
+/// A lamp as its fog sees it: no matter how bright.
+#[derive(Clone, Debug, PartialEq)]
+struct Light {
+    position: DVec3,
+    table: Option<Same<Option<LightTable>>>,
+    /// Whether optical depths are formed on the way.
+    sets_depth: bool,
+}
+
+impl Light {
+    fn new(lamp: &Lamp, sets_depth: bool) -> Self {
+        let table = lamp.table.is_some().then(|| Same::new(&lamp.table));
+        Self { position: lamp.position, table, sets_depth }
+    }
+}
+
+impl Fogging {
+    /// Of a frame's rays and one of its lamps, by its place.
+    pub fn new(context: &Context, traced: &Arc<Traced>, lamp: Option<usize>) -> Self {
+        let positions = context.lamps.iter().map(|lamp| lamp.position);
+        let light = |i: usize| Light::new(&context.lamps[i], i == 0 && context.interpolates());
+        Self {
+            traced: Same::new(traced),
+            field: Same::new(context.field),
+            method: if context.shows_airlight() { context.method } else { Method::None },
+            phase: context.phase,
+            quality: context.view.quality,
+            for_screen: context.view.for_screen,
+            lamp: lamp.map(light),
+            glows: if is_low(context) { positions.collect() } else { Vec::new() },
+        }
+    }
+}
+
+impl Shading {
+    /// Of a frame's surfaces and one of its lamps, by its place.
+    pub fn new(context: &Context, traced: &Arc<Traced>, lamp: usize) -> Self {
+        let lamp = &context.lamps[lamp];
+        let mut light = Light::new(lamp, false);
+        light.table = light.table.filter(|_| context.interpolates());
+        let (traced, field) = (Same::new(traced), Same::new(context.field));
+        Self { traced, field, is_low: is_low(context), lamp: light }
+    }
+}
+
+/// Whether a draft computes fog for some pixels only.
+pub fn is_low(context: &Context) -> bool {
+    context.view.quality == Quality::Draft && context.needs_low_resolution()
+}
+
+/// What the fog does along all batches of a frame, tile by tile; as one run made it for some lamps.
+pub type Fog = Vec<Vec<Fogged>>;
+/// Depths from some lamps to all batches of a frame, tile by tile, batch by batch, lamp by lamp.
+pub type Depths = Vec<Vec<Vec<Row>>>;
+
+/// One lamp's share of a run.
+#[derive(Debug)]
+pub struct Share<T> {
+    /// What the run made.
+    pub run: Arc<T>,
+    /// The lamp's place in it.
+    pub slot: usize,
+    /// Bytes of the share.
+    bytes: usize,
+}
+
+impl<T> Share<T> {
+    /// A part of a run of so many bytes a lamp.
+    pub fn new(run: &Arc<T>, slot: usize, bytes: usize) -> Self {
+        Self { run: Arc::clone(run), slot, bytes }
+    }
+}
+
+/// Pictures whose first hits are kept.
+const PICTURES: Most = Most { entries: 2, bytes: 128 << 20 };
+/// Light and depths by lamp: of two pictures at rest with many lamps. A dragged lamp leaves some behind at
+/// every place.
+const BY_LAMP: Most = Most { entries: 160, bytes: 128 << 20 };
+
+/// What the CPU's passes keep.
+#[derive(Debug)]
+pub struct Passes {
+    /// First hits.
+    pub traced: Kept<Tracing, Traced>,
+    /// Fog along view rays.
+    pub fog: Kept<Fogging, Share<Fog>>,
+    /// Depths from lamps to surfaces.
+    pub depths: Kept<Shading, Share<Depths>>,
+}
+
+impl Passes {
+    /// Lets go of what belongs to pictures that are not kept any more: under a moving camera its memory
+    /// serves the next frame.
+    pub fn forget_old_pictures(&self) {
+        self.fog.forget(|fogging| fogging.traced.is_gone());
+        self.depths.forget(|shading| shading.traced.is_gone());
+    }
+}
+
+impl Default for Passes {
+    fn default() -> Self {
+        Self {
+            traced: Kept::new(PICTURES, |_, traced| traced.bytes()),
+            fog: Kept::new(BY_LAMP, |_, share| share.bytes),
+            depths: Kept::new(BY_LAMP, |_, share| share.bytes),
+        }
+    }
+}
