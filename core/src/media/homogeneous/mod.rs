@@ -1,6 +1,6 @@
 //! Fog that is the same everywhere, β(x) = β₀ and T(a, b) = β₀ |a − b| (Sun 2005, eq. 3), or changes
 //! with height alone: β(x) = β₀ share(y), T(a, b) = |a − b| times the mean of that between both heights
-//! ([`Profile`](super::vertical::Profile)).
+//! ([`Profile`]).
 
 mod lanes;
 
