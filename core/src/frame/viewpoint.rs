@@ -61,6 +61,7 @@ impl Viewpoint {
 
     /// The ray through a place of the picture, in pixels from its upper left corner: its start
     /// relative to the camera and its unit direction.
+    #[inline(always)]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         let at = 2.0 * pixel / self.size - 1.0;
         let aside = at.x * self.right - at.y * self.up;
@@ -74,7 +75,6 @@ impl Viewpoint {
     /// The rays of a tile; `shift` moves them within their pixels, from (½, ½) in the centres.
     pub fn tile(&self, tile: Tile, shift: DVec2) -> Rays {
         let mut rays = Rays::empty();
-        rays.count = SIZE;
         dispatch!(Level::new(), simd => fill(simd, self, tile, shift, &mut rays));
         rays
     }
@@ -103,26 +103,12 @@ impl Viewpoint {
     }
 }
 
-/// The rays of a tile as [`Viewpoint::ray`] has them, a row of pixels at a time: the same operations in the
-/// same order, so the same numbers, in as many lanes as there are.
+/// The rays of a tile, compiled for this machine's lanes.
 #[inline(always)]
 fn fill<S: Simd>(_simd: S, viewpoint: &Viewpoint, tile: Tile, shift: DVec2, rays: &mut Rays) {
-    let Viewpoint { forward, right, up, parallel, size, .. } = *viewpoint;
-    for row in 0..TILE {
-        let y = 2.0 * ((tile.y + row) as f64 + shift.y) / size.y - 1.0;
-        for column in 0..TILE {
-            let x = 2.0 * ((tile.x + column) as f64 + shift.x) / size.x - 1.0;
-            let (aside, at) = (x * right - y * up, row * TILE + column);
-            let (offset, direction) = if parallel {
-                (aside, forward)
-            } else {
-                (DVec3::ZERO, (forward + aside).normalize())
-            };
-            for k in 0..3 {
-                rays.offset[k][at] = offset[k] as f32;
-                rays.direction[k][at] = direction[k] as f32;
-            }
-        }
+    for place in 0..SIZE {
+        let (x, y) = tile.pixel(place);
+        rays.push_ray(viewpoint.ray(DVec2::new(x as f64, y as f64) + shift));
     }
 }
 

@@ -72,7 +72,6 @@ macro_rules! media {
                 $(
                     let $stem = terms.iter().filter_map(|term| match term {
                         Term::$Kind(term) => Some(term),
-                        #[allow(unreachable_patterns, reason = "a list of one has no other")]
                         _ => None,
                     });
                     let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>());

@@ -98,10 +98,7 @@ impl Field {
         shortest_m: f64,
         purpose: Purpose,
     ) -> Sum<dyn Near> {
-        let near = |medium: &dyn Medium| {
-            medium.near(level, &self.search_for(medium, bundle, shortest_m, purpose))
-        };
-        Sum(self.each().map(near).collect())
+        self.near_those(|_| true, level, bundle, shortest_m, purpose)
     }
 
     /// The same of the lumps alone.
@@ -112,10 +109,22 @@ impl Field {
         shortest_m: f64,
         purpose: Purpose,
     ) -> Sum<dyn Near> {
+        self.near_those(|medium| medium.lumps() > 0, level, bundle, shortest_m, purpose)
+    }
+
+    fn near_those(
+        &self,
+        is_wanted: impl Fn(&dyn Medium) -> bool,
+        level: Level,
+        bundle: Bundle,
+        shortest_m: f64,
+        purpose: Purpose,
+    ) -> Sum<dyn Near> {
+        let wanted = self.each().filter(|medium| is_wanted(*medium));
         let near = |medium: &dyn Medium| {
             medium.near(level, &self.search_for(medium, bundle, shortest_m, purpose))
         };
-        Sum(self.each().filter(|medium| medium.lumps() > 0).map(near).collect())
+        Sum(wanted.map(near).collect())
     }
 
     /// What is looked for of one medium around a bundle, beside all others.
