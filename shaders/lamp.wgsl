@@ -6,13 +6,27 @@
 
 /// A light as the passes need it.
 struct Lamp {
-    /// xyz: where it is, from the camera [m]. w: its distance from the camera [m].
-    position: vec4<f32>,
-    /// rgb: radiant intensity [W/sr]. w: share of its light that reaches the eye through the blobs,
-    /// C_sv (Fogshop 2007, eq. 16); 1 for sun2005.
-    intensity: vec4<f32>,
-    /// rgb: intensity times the fog's albedo [W/sr]. w: unused.
-    scattered: vec4<f32>,
+    /// Where it is, from the camera [m].
+    position: vec3<f32>,
+    /// Its distance from the camera [m].
+    distance_m: f32,
+    /// Radiant intensity, rgb [W/sr].
+    strength: vec3<f32>,
+}
+
+/// What a group of terms scatters of a lamp.
+struct Scatter {
+    /// The lamp's strength times the group's albedo, rgb [W/sr].
+    colour: vec3<f32>,
+    /// Mean cosine of the group's phase function.
+    g: f32,
+    /// The lamp.
+    lamp: u32,
+    /// The group.
+    group: u32,
+    /// Share that reaches the eye of the light in fog that is the same everywhere: that of the group in
+    /// all extinction (sun2005), or C_sv (Fogshop 2007, eq. 16).
+    share: f32,
 }
 
 /// Where a light stands relative to a ray.

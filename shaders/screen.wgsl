@@ -23,13 +23,13 @@ fn nowhere() -> Area {
 fn around_ball(view: View, center: vec3<f32>, radius_m: f32) -> Area {
     // Room for rounding, and for samples beside the centres of pixels.
     let radius = radius_m + 1e-5 * (radius_m + length(center));
-    let room = 2.0 / view.size.zw;
-    let depth = dot(center, view.forward.xyz);
+    let room = 2.0 / view.targets;
+    let depth = dot(center, view.forward);
     if depth < -radius {
         return nowhere();
     }
-    let across = range(center, view.right.xyz, depth, radius, is_parallel(view));
-    let down = range(center, view.up.xyz, depth, radius, is_parallel(view));
+    let across = range(center, view.right, depth, radius, is_parallel(view));
+    let down = range(center, view.up, depth, radius, is_parallel(view));
     let low = target_place(view, vec2<f32>(across.x, down.x), 1.0) - room;
     let high = target_place(view, vec2<f32>(across.y, down.y), 1.0) + room;
     return Area(clamp(vec4<f32>(low, high), vec4<f32>(-1.0), vec4<f32>(1.0)));

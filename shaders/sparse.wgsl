@@ -29,7 +29,7 @@ struct Around {
 }
 
 fn size_of(view: View) -> vec2<u32> {
-    return (vec2<u32>(view.size.xy) + STEP - 1u) / STEP;
+    return (vec2<u32>(view.size) + STEP - 1u) / STEP;
 }
 
 /// For a pixel of the full picture.
@@ -52,7 +52,7 @@ fn cell(around: Around, i: u32) -> vec2<u32> {
 
 /// The pixel of the full picture that stands for a cell.
 fn pixel_of(view: View, cell: vec2<u32>) -> vec2<u32> {
-    return min(cell * STEP + STEP / 2u, vec2<u32>(view.size.xy) - 1u);
+    return min(cell * STEP + STEP / 2u, vec2<u32>(view.size) - 1u);
 }
 
 /// Place of a cell in the buffers of the low resolution.

@@ -2,7 +2,7 @@
 // choosing the other converts the value. The schema says which, and what their product is.
 
 import { element, nameAndUnit } from "./dom.js";
-import { bounds } from "./schema.js";
+import { bounds, mean } from "./schema.js";
 
 // A number that a person can read, and that keeps every pixel when it is converted back.
 const DIGITS = 12;
@@ -39,7 +39,7 @@ export function bindAlternatives(form, path, schema, { keys, product, fallback }
   title.value = key;
   title.addEventListener("change", () => {
     const [low, high] = bounds(property(title.value));
-    const converted = product / (store.get([...path, key]) ?? fallback);
+    const converted = product / mean(store.get([...path, key]) ?? fallback);
     give(title.value, Number(Math.min(Math.max(converted, low), high).toPrecision(DIGITS)));
   });
   const onSwitch = (node, rebuild) => form.bind(node, () => {

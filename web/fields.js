@@ -156,13 +156,14 @@ function buildChoice(spot) {
   const select = element("select", names, ...variants.map((v) => element("option", { textContent: nameOf(v) })));
   select.selectedIndex = index;
   select.addEventListener("change", () => {
-    store.set(path, schemas.initial(variants[select.selectedIndex]));
+    store.set(path, schemas.asVariant(variants[select.selectedIndex], store.get(path) ?? value));
     rebuild();
   });
   control.append(select);
   row.append(...clearButton(spot));
   node.classList.add("inline", "choice");
-  const inner = buildField(form, variants[index], path, { label: place.label, isRequired: true });
+  const chosen = { ...variants[index], default: value };
+  const inner = buildField(form, chosen, path, { label: place.label, isRequired: true, write: place.write });
   node.append(element("div", { className: "nested" }, inner));
   return node;
 }

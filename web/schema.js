@@ -146,6 +146,15 @@ export class Schemas {
     return Math.max(index, 0);
   }
 
+  /** A value of another variant of an untagged union: the same quantity, where both are numbers or rows of them. */
+  asVariant(raw, value) {
+    const variant = this.resolve(raw);
+    const row = this.elements(variant);
+    if (row && typeof value === "number") return row.map(() => value);
+    if (variant.type === "number" && Array.isArray(value)) return mean(value);
+    return this.initial(variant);
+  }
+
   /**
    * Pairs of an object's properties that say the same quantity, each the `product` divided by the other (the keyword
    * `x-reciprocal-of`): `[{keys, product, fallback}]`, where `fallback` is the first one's value if neither is given.
@@ -202,6 +211,13 @@ export class Schemas {
 
 /** Where a quantity usually lies and how a slider moves there (the keyword `x-usual`): `{min, max, scale}` or `undefined`. */
 export const usual = (schema) => schema["x-usual"];
+
+// A third of three times a number is not always the number.
+const MEAN_DIGITS = 12;
+
+/** What a number, or a row of them that says the same quantity channel by channel, comes to. */
+export const mean = (value) =>
+  Array.isArray(value) ? Number((value.reduce((a, b) => a + b, 0) / value.length).toPrecision(MEAN_DIGITS)) : value;
 
 /** The least and greatest value of a number; infinite where the schema names none. */
 export function bounds(schema) {

@@ -1,12 +1,11 @@
-//! Optical depth of presets' blobs at 800×600 in one run: as quads and as tile lists on the first
-//! Vulkan adapter, and on the CPU.
+//! Optical depth of presets' blobs at 800×600 in one run: on the first Vulkan adapter, and on the CPU.
 //!
 //! `cargo bench -p fogbank-core --bench backends`
 
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::Criterion;
-use fogbank_core::gpu::{BlobPass, Gpu, Wanted};
+use fogbank_core::gpu::{Gpu, Wanted};
 use fogbank_core::request::{Layer, Quality, Tonemap, View};
 use fogbank_core::{Progress, Renderer, presets};
 use std::time::Duration;
@@ -20,14 +19,9 @@ fn main() {
         .warm_up_time(Duration::from_millis(100))
         .measurement_time(Duration::from_millis(800))
         .sample_size(10);
-    let open = |pass| move || Ok(Gpu::open(Wanted::Any)?.with_blob_pass(pass));
-    let gpu = |pass| Renderer::on(open(pass)).unwrap();
-    println!("on {}", open(BlobPass::Quads)().unwrap().name());
-    let backends = [
-        ("quads", gpu(BlobPass::Quads)),
-        ("tiles", gpu(BlobPass::Tiles)),
-        ("cpu", Renderer::default()),
-    ];
+    let open = || Gpu::open(Wanted::Any);
+    println!("on {}", open().unwrap().name());
+    let backends = [("gpu", Renderer::on(open).unwrap()), ("cpu", Renderer::default())];
     let view = View {
         width: 800,
         height: 600,

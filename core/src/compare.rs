@@ -1,14 +1,14 @@
 //! Two airlight estimators on one scene, pixel by pixel: how far `a` is from `b`, and how long both
 //! took.
 
-use crate::airlight::{Estimator, refusal};
+use crate::airlight::{ComparedAirlight, Method};
 use crate::frame::{Frame, Lap};
 use crate::image::{self, ErrorImage};
 use crate::progress::{Interrupted, Progress};
 use crate::renderer::Renderer;
 use crate::request::{Layer, Quality, Tonemap, View, check_scene, check_size};
 use crate::scene::limits::{COUNTS, Range};
-use crate::scene::{Airlight, CheckedScene, Checker, Code, Fog, Problem, Scene};
+use crate::scene::{CheckedScene, Checker, Code, Fog, Problem, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -50,25 +50,6 @@ pub struct Side {
     pub steps: Option<u32>,
 }
 
-/// The estimators that can be compared: those of a scene's `airlight`, and ray marching.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ComparedAirlight {
-    /// The best for real time on this scene.
-    #[default]
-    Auto,
-    /// No airlight.
-    None,
-    /// Sun 2005: exact for homogeneous fog alone.
-    Sun2005,
-    /// Fogshop 2007: its published approximation for homogeneous fog and Gaussians.
-    Fogshop2007,
-    /// The integral itself by adaptive quadrature: slow.
-    Reference,
-    /// The integral by fixed steps, as engines do it; extinction and shadowing fog are exact.
-    March,
-}
-
 impl Side {
     /// The integral itself.
     pub fn reference() -> Self {
@@ -76,7 +57,7 @@ impl Side {
     }
 
     /// The estimator; `at` is this side's pointer.
-    fn check(self, check: &mut Checker, fog: &Fog, at: &str) -> Estimator {
+    fn check(self, check: &mut Checker, fog: &Fog, at: &str) -> Method {
         let steps_at = || format!("{at}/steps");
         let Some(airlight) = self.airlight.of_a_scene() else {
             let range = Range { min: 1.0, max: COUNTS.march_steps as f64 };
@@ -84,15 +65,15 @@ impl Side {
                 Some(steps) => check.number(f64::from(steps), range, steps_at),
                 None => check.refuse(Code::Missing, steps_at, "march needs a number of steps"),
             }
-            return Estimator::March(self.steps.unwrap_or(1));
+            return Method::March(self.steps.unwrap_or(1));
         };
         if self.steps.is_some() {
             check.refuse(Code::Conflict, steps_at, "only march takes steps");
         }
-        if let Some(detail) = refusal(&fog.terms, &fog.phase, airlight) {
+        if let Some(detail) = fog.refusal(airlight) {
             check.refuse(Code::Conflict, || format!("{at}/airlight"), detail);
         }
-        Estimator::Scene(airlight)
+        airlight.into()
     }
 }
 
@@ -102,27 +83,13 @@ impl Default for Side {
     }
 }
 
-impl ComparedAirlight {
-    /// The scene's word for it; ray marching has none.
-    fn of_a_scene(self) -> Option<Airlight> {
-        match self {
-            Self::Auto => Some(Airlight::Auto),
-            Self::None => Some(Airlight::None),
-            Self::Sun2005 => Some(Airlight::Sun2005),
-            Self::Fogshop2007 => Some(Airlight::Fogshop2007),
-            Self::Reference => Some(Airlight::Reference),
-            Self::March => None,
-        }
-    }
-}
-
 /// A checked comparison without its scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     width: u32,
     height: u32,
     sides: [Side; 2],
-    estimators: [Estimator; 2],
+    estimators: [Method; 2],
 }
 
 impl CompareRequest {
@@ -160,7 +127,7 @@ impl Pair {
         a / (a + b)
     }
 
-    fn view(&self, estimator: Estimator) -> View {
+    fn view(&self, estimator: Method) -> View {
         View {
             width: self.width,
             height: self.height,
@@ -175,8 +142,8 @@ impl Pair {
     }
 }
 
-fn is_reference(estimator: &Estimator) -> bool {
-    *estimator == Estimator::Scene(Airlight::Reference)
+fn is_reference(estimator: &Method) -> bool {
+    *estimator == Method::Reference
 }
 
 /// How far `a` is from `b`. The error of a pixel is (a − b) / max(b, 0.001 · mean b), where a and b
@@ -344,18 +311,5 @@ mod tests {
         assert_eq!(quantile(&[7.0], 0.95), 7.0);
         assert_eq!(quantile(&[0.0, 1.0, 2.0, 3.0], 0.5), 1.5);
         assert_eq!(quantile(&[0.0, 1.0, 2.0, 3.0], 1.0), 3.0);
-    }
-
-    /// Every word of a scene can be compared.
-    #[test]
-    fn the_words_are_those_of_a_scene_and_march() {
-        let words = |schema: schemars::Schema| -> Vec<String> {
-            let variants = schema.get("oneOf").and_then(|v| v.as_array()).cloned();
-            let words = variants.into_iter().flatten();
-            words.map(|v| v["const"].as_str().unwrap_or_default().to_owned()).collect()
-        };
-        let mut expected = words(schemars::schema_for!(Airlight));
-        expected.push("march".into());
-        assert_eq!(words(schemars::schema_for!(ComparedAirlight)), expected);
     }
 }

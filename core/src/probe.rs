@@ -1,12 +1,13 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
-use crate::airlight::{Estimator, Method, Path, least_distance, mapped, march, reference, sun2005};
+use crate::airlight::{Method, Path, mapped, march, reference, sun2005};
 use crate::geometry::Ray;
-use crate::media::Field;
+use crate::light::{Light, least_distance};
+use crate::media::{Field, Scattering, in_channels};
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
-use crate::scene::{CheckedScene, Projection, Rgb, Vec3};
+use crate::scene::{CheckedScene, Projection, Rgb, Spectrum, Vec3};
 use crate::shapes::{self, Geometry};
 use crate::surface::attenuated;
 use glam::DVec3;
@@ -17,10 +18,10 @@ use std::sync::Arc;
 /// What a probe finds along one ray.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RayAnswer {
-    /// ∫ β along the ray.
-    pub optical_depth: f64,
-    /// exp(−optical depth).
-    pub transmittance: f64,
+    /// ∫ β along the ray; a number while every extinction is grey, else one a channel.
+    pub optical_depth: Spectrum,
+    /// exp(−optical depth), likewise.
+    pub transmittance: Spectrum,
     /// Light of all lamps scattered into the ray [W/(m² sr)].
     pub airlight: Rgb,
     /// The same lamp by lamp, in scene order.
@@ -59,35 +60,51 @@ pub enum SurfaceName {
     Index(usize),
 }
 
+/// A band of a scene's fog, before its rays.
+pub struct Band {
+    field: Arc<Field>,
+    method: Method,
+    /// For the published method: the depths from every enabled light.
+    from_lights: Vec<Arc<CenterDepths>>,
+}
+
+impl Band {
+    /// Of a scene; `from_light` makes the depths for the published method alone.
+    ///
+    /// # Errors
+    /// What `from_light` fails with.
+    pub fn new(
+        scene: &CheckedScene,
+        field: &Arc<Field>,
+        from_light: impl Fn(&Light) -> Result<Arc<CenterDepths>, Interrupted>,
+    ) -> Result<Self, Interrupted> {
+        let method = Method::from(scene.fog.airlight).matched(&scene.fog.scatterings(), field);
+        let lights = scene.lights().filter(|_| method == Method::Fogshop2007);
+        let from_lights = lights.map(|(_, light)| from_light(light)).collect::<Result<_, _>>()?;
+        Ok(Self { field: Arc::clone(field), method, from_lights })
+    }
+}
+
 /// Evaluates rays of one scene, one after the other. What rays from the same origin share is kept.
 pub struct Prober<'a> {
     scene: &'a CheckedScene,
     geometry: &'a Geometry,
-    field: &'a Field,
-    method: Method,
-    /// For the published method: the depths from every enabled light.
-    from_lights: &'a [Arc<CenterDepths>],
-    /// The same from where the last ray started.
-    from_eye: Option<(Eye, CenterDepths)>,
+    /// Each with what the published method knows of where the last ray started.
+    bands: Vec<(&'a Band, Option<(Eye, CenterDepths)>)>,
+    scatterings: Vec<Scattering>,
     progress: &'a Progress,
 }
 
-/// The airlight estimator of a scene.
-pub(crate) fn method(scene: &CheckedScene, field: &Field) -> Method {
-    Method::new(Estimator::Scene(scene.fog.airlight), &scene.fog.phase, field)
-}
-
 impl<'a> Prober<'a> {
-    /// For a scene with its geometry and field; `from_lights` for the published method alone.
+    /// For a scene with its geometry and the bands of its fog.
     pub fn new(
         scene: &'a CheckedScene,
         geometry: &'a Geometry,
-        field: &'a Field,
-        from_lights: &'a [Arc<CenterDepths>],
+        bands: &'a [Band],
         progress: &'a Progress,
     ) -> Self {
-        let method = method(scene, field);
-        Self { scene, geometry, field, method, from_lights, from_eye: None, progress }
+        let bands = bands.iter().map(|band| (band, None)).collect();
+        Self { scene, geometry, bands, scatterings: scene.fog.scatterings(), progress }
     }
 
     /// Everything along one ray.
@@ -100,11 +117,13 @@ impl<'a> Prober<'a> {
         let hit = self.geometry.first_hit(origin, direction, limit);
         let length = hit.map_or(limit, |hit| hit.distance);
         let ray = Ray { origin, direction };
-        let optical_depth = self.field.depth(&ray, length);
-        let transmittance = (-optical_depth).exp();
+        let depths = self.each_band(|field| field.depth(&ray, length));
+        let optical_depth = DVec3::from(spectrum(&depths).channels());
+        let transmittance = optical_depth.map(|depth| (-depth).exp());
         let airlight_by_light = self.airlight_by_light(ray, length)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
-        let ambient = self.scene.fog.ambient.vector() * (0.0 - (-optical_depth).exp_m1());
+        let absorptance = optical_depth.map(|depth| 0.0 - (-depth).exp_m1());
+        let ambient = self.scene.fog.ambient.vector() * absorptance;
         let (surface, hit) = match hit {
             None => (self.scene.background.vector(), None),
             Some(hit) => {
@@ -113,8 +132,8 @@ impl<'a> Prober<'a> {
             }
         };
         Ok(RayAnswer {
-            optical_depth,
-            transmittance,
+            optical_depth: spectrum(&depths),
+            transmittance: spectrum(&depths.iter().map(|d| (-d).exp()).collect::<Vec<_>>()),
             airlight: rgb(airlight),
             airlight_by_light: airlight_by_light.into_iter().map(rgb).collect(),
             ambient: rgb(ambient),
@@ -123,32 +142,57 @@ impl<'a> Prober<'a> {
         })
     }
 
+    /// A number of every band.
+    fn each_band(&self, of: impl Fn(&Field) -> f64) -> Vec<f64> {
+        self.bands.iter().map(|(band, _)| of(&band.field)).collect()
+    }
+
     fn airlight_by_light(&mut self, ray: Ray, length: f64) -> Result<Vec<DVec3>, Interrupted> {
-        let phase = self.scene.fog.phase.function();
-        let sighted = self.sighted(ray, length)?;
+        let mut by_band = Vec::with_capacity(self.bands.len());
+        for band in 0..self.bands.len() {
+            by_band.push(self.airlight_in(band, ray, length)?);
+        }
+        let of_light =
+            |i: usize| in_channels(&by_band.iter().map(|by_light| by_light[i]).collect::<Vec<_>>());
+        Ok((0..self.scene.lights.len()).map(of_light).collect())
+    }
+
+    /// The same as one band has it.
+    fn airlight_in(
+        &mut self,
+        band: usize,
+        ray: Ray,
+        length: f64,
+    ) -> Result<Vec<DVec3>, Interrupted> {
+        let sighted = self.sighted(band, ray, length)?;
+        let band = self.bands[band].0;
+        let field = &*band.field;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
-            self.progress.check()?;
-            let at = light.position.vector();
-            let path = || Path::new(self.field, at, ray, length).of(self.progress);
-            let unit = match self.method {
-                Method::None => 0.0,
-                Method::Sun2005 => {
-                    let beta = self.field.uniform_beta().unwrap_or_default();
-                    let toward = (at - ray.origin).into();
-                    sun2005::airlight(beta, toward, ray.direction.into(), length)
-                }
-                Method::Fogshop2007 => match &sighted {
-                    Some(sighted) => {
-                        sighted.airlight(self.field, at, &self.from_lights[place], self.progress)?
+            let source = light.source();
+            for (group, Scattering { albedo, phase }) in self.scatterings.iter().enumerate() {
+                self.progress.check()?;
+                let path = || Path::new(field, group, source, ray, length).of(self.progress);
+                let unit = match band.method {
+                    Method::None => 0.0,
+                    Method::Sun2005 => {
+                        let beta = field.uniform_beta().unwrap_or_default();
+                        let to_light = source.beside(ray.origin.into(), ray.direction.into());
+                        sun2005::share(field, group) * sun2005::airlight(beta, to_light, length)
                     }
-                    None => 0.0,
-                },
-                Method::Mapped => mapped::airlight_along(&path(), phase),
-                Method::Reference => reference::airlight_along(&path(), phase),
-                Method::March(steps) => march::airlight_along(&path(), phase, steps),
-            };
-            by_light[i] = unit * light.intensity.vector() * self.scene.fog.albedo.vector();
+                    Method::Fogshop2007 => match &sighted {
+                        Some(sighted) => {
+                            let from_light = &band.from_lights[place];
+                            sighted.airlight(field, source, from_light, self.progress)?
+                        }
+                        None => 0.0,
+                    },
+                    Method::Auto => mapped::airlight_along(&path(), *phase),
+                    Method::Reference => reference::airlight_along(&path(), *phase),
+                    Method::March(steps) => march::airlight_along(&path(), *phase, steps),
+                };
+                by_light[i] += unit * light.strength() * *albedo;
+            }
         }
         // What was summed up after the end is none.
         self.progress.check()?;
@@ -156,19 +200,24 @@ impl<'a> Prober<'a> {
     }
 
     /// For the published method: a ray with what its eye knows, which the last ray's may have been.
-    fn sighted(&mut self, ray: Ray, length: f64) -> Result<Option<Sighted>, Interrupted> {
-        if self.method != Method::Fogshop2007 {
+    fn sighted(
+        &mut self,
+        band: usize,
+        ray: Ray,
+        length: f64,
+    ) -> Result<Option<Sighted>, Interrupted> {
+        let (band, from_eye) = &mut self.bands[band];
+        if band.method != Method::Fogshop2007 {
             return Ok(None);
         }
         let eye = match self.scene.camera.projection {
             Projection::Perspective(_) => Eye::Point(ray.origin),
             Projection::Orthographic(_) => Eye::Plane(ray.origin, ray.direction),
         };
-        let shared = self.from_eye.take().filter(|(shared, _)| shared.is_same(&eye));
-        let (_, from_eye) = self
-            .from_eye
-            .insert(shared.unwrap_or_else(|| (eye, CenterDepths::new(self.field, eye))));
-        Sighted::new(self.field, from_eye, (ray, length), self.progress).map(Some)
+        let shared = from_eye.take().filter(|(shared, _)| shared.is_same(&eye));
+        let (_, from_eye) =
+            from_eye.insert(shared.unwrap_or_else(|| (eye, CenterDepths::new(&band.field, eye))));
+        Sighted::new(&band.field, from_eye, (ray, length), self.progress).map(Some)
     }
 
     fn surface_radiance(
@@ -182,18 +231,19 @@ impl<'a> Prober<'a> {
         let mut radiance = material.emission.vector();
         for (_, light) in self.scene.lights() {
             self.progress.check()?;
-            let to_light = light.position.vector() - point;
+            let source = light.source();
+            let toward = source.toward(point.into(), least_distance(hit.distance));
             let reflection = attenuated::reflection(
                 hit.normal.into(),
                 direction.into(),
-                to_light.into(),
+                &toward,
                 material.shininess,
-                least_distance(hit.distance),
             );
-            let depth = self.field.depth_between(light.position.vector(), point);
+            let depths = self.each_band(|field| field.depth_between(source.apex(), point));
+            let through = DVec3::from(spectrum(&depths).channels()).map(|depth| (-depth).exp());
             let reflected = material.diffuse.vector() * reflection.diffuse
                 + material.specular.vector() * reflection.specular;
-            radiance += (-depth).exp() * light.intensity.vector() * reflected;
+            radiance += through * light.strength() * reflected;
         }
         Ok(radiance)
     }
@@ -208,6 +258,14 @@ impl<'a> Prober<'a> {
             surface: id.map_or(SurfaceName::Index(place), SurfaceName::Id),
             surface_radiance: rgb(radiance),
         }
+    }
+}
+
+/// The numbers of all bands.
+fn spectrum(bands: &[f64]) -> Spectrum {
+    match *bands {
+        [r, g, b] => Spectrum::Rgb([r, g, b]),
+        _ => Spectrum::Grey(bands.iter().sum()),
     }
 }
 

@@ -98,6 +98,11 @@ impl Progress {
         *self.course() = Course { stretch: [from, to], pass: [from; 2], steps: [0; 2] };
     }
 
+    /// From where to where the present frame takes the job.
+    pub(crate) fn frame(&self) -> [f64; 2] {
+        self.course().stretch
+    }
+
     /// A pass of so many steps begins, that `share` of what the frame has still to do.
     pub(crate) fn start(&self, steps: usize, share: f64) {
         let mut course = self.course();

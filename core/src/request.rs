@@ -1,6 +1,6 @@
 //! What a client asks of a scene: a picture, an optical-depth map, a probe.
 
-use crate::airlight::Estimator;
+use crate::airlight::Method;
 use crate::scene::limits::{self, COUNTS};
 use crate::scene::{CheckedScene, Checker, Code, Problem, Scene, Vec3};
 use glam::DVec3;
@@ -83,11 +83,12 @@ impl Layer {
         Self::Depth,
     ];
 
-    /// Numbers a pixel has.
-    pub fn channels(self) -> usize {
+    /// Numbers a pixel has where the fog has so many bands: 1 if it is grey, else 3.
+    pub fn channels(self, bands: usize) -> usize {
         match self {
             Self::Beauty | Self::Airlight | Self::Surface | Self::Normal => 3,
-            Self::OpticalDepth | Self::Transmittance | Self::Depth => 1,
+            Self::OpticalDepth | Self::Transmittance => bands,
+            Self::Depth => 1,
         }
     }
 }
@@ -125,7 +126,7 @@ pub struct View {
     /// Whether it becomes an 8-bit picture.
     pub for_screen: bool,
     /// The airlight estimator, if not the scene's own.
-    pub estimator: Option<Estimator>,
+    pub estimator: Option<Method>,
 }
 
 impl RenderRequest {

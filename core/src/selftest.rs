@@ -1,7 +1,7 @@
 //! What each backend makes of a few small scenes, against the same maths in f64, ray by ray; and of a
 //! preset, against the CPU.
 
-use crate::airlight::{Airlight, Estimator};
+use crate::airlight::Method;
 use crate::cpu::Cpu;
 use crate::frame::Frame;
 use crate::frame::samples::CENTER;
@@ -185,7 +185,7 @@ fn preset(
     progress: &Progress,
     render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
 ) -> Result<Option<PresetReport>, Interrupted> {
-    let estimator = Some(Estimator::Scene(Airlight::Fogshop2007));
+    let estimator = Some(Method::Fogshop2007);
     let view = |layer, width, height| View { width, height, estimator, ..view(layer) };
     let mut layers = Vec::new();
     for layer in Layer::ALL {
@@ -235,7 +235,7 @@ fn exact(
         .collect();
     let answers = cpu.probe(scene, &rays, progress)?;
     let value = |answer: &crate::probe::RayAnswer| match layer {
-        Layer::OpticalDepth => vec![answer.optical_depth],
+        Layer::OpticalDepth => answer.optical_depth.values().to_vec(),
         Layer::Airlight => answer.airlight.0.to_vec(),
         _ => answer.hit.as_ref().map_or([0.0; 3], |hit| hit.surface_radiance.0).to_vec(),
     };

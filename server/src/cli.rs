@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use fogbank_core::compare::ComparedAirlight;
+use fogbank_core::airlight::ComparedAirlight;
 use fogbank_core::image::Format;
 use fogbank_core::request::{Layer, Quality, Tonemap};
 use fogbank_core::scene::{Airlight, Vec3};

@@ -16,19 +16,25 @@ const SHORT_TRIPLES: u64 = 10_000_000;
 
 /// The lane of a picture.
 pub fn lane_of_picture(scene: &CheckedScene, view: &View) -> Lane {
-    let pairs = u64::from(view.width) * u64::from(view.height) * (1 + blobs(scene));
-    lane(scene, pairs <= SHORT_PAIRS)
+    let pixels = u64::from(view.width) * u64::from(view.height);
+    lane(scene, pixels * (1 + blobs(scene)) * integrals(scene) <= SHORT_PAIRS)
 }
 
 /// The lane of a probe.
 pub fn lane_of_probe(scene: &CheckedScene, rays: usize) -> Lane {
     let lights = 1 + scene.lights.len() as u64;
-    lane(scene, rays as u64 * lights * (1 + blobs(scene)) <= SHORT_TRIPLES)
+    let triples = rays as u64 * lights * (1 + blobs(scene)) * integrals(scene);
+    lane(scene, triples <= SHORT_TRIPLES)
 }
 
 fn lane(scene: &CheckedScene, is_small: bool) -> Lane {
     let is_short = is_small && scene.fog.airlight != Airlight::Reference;
     if is_short { Lane::Short } else { Lane::Long }
+}
+
+/// Airlights of each light: one a band of colour and a group of terms that scatter alike.
+fn integrals(scene: &CheckedScene) -> u64 {
+    (scene.fog.bands() * scene.fog.scatterings().len().max(1)) as u64
 }
 
 fn blobs(scene: &CheckedScene) -> u64 {
@@ -39,8 +45,7 @@ fn blobs(scene: &CheckedScene) -> u64 {
 /// The most bytes of a picture's file; its head, and what an 8-bit format may add where nothing can
 /// be compressed, are small beside it.
 pub fn picture_bytes(width: u32, height: u32, channels: usize, format: Format) -> usize {
-    const SCREEN_CHANNELS: usize = 3;
-    let pixel = if format.is_float() { channels * size_of::<f32>() } else { SCREEN_CHANNELS };
+    let pixel = if format.is_float() { channels * size_of::<f32>() } else { channels.max(3) };
     width as usize * height as usize * pixel
 }
 
@@ -49,7 +54,7 @@ pub fn probe_bytes(scene: &CheckedScene, rays: usize) -> usize {
     const NUMBER: usize = 25;
     /// Names, braces and an id.
     const WORDS: usize = 512;
-    const NUMBERS: usize = 21;
+    const NUMBERS: usize = 25;
     rays * (WORDS + NUMBER * (NUMBERS + 3 * scene.lights.len()))
 }
 
@@ -79,6 +84,21 @@ mod tests {
         assert_eq!(lane(&huge), Lane::Long);
     }
 
+    /// Three bands and two groups are six times the work.
+    #[test]
+    fn colour_and_groups_count() {
+        let picture = |extinction: &str| {
+            let blobs = vec![format!(r#"{{"extinction": {extinction}}}"#); 100].join(",");
+            let own = r#"{"kind": "homogeneous", "albedo": [1, 0.5, 0.2]}"#;
+            let terms = format!(r#"[{own}, {{"kind": "gaussians", "blobs": [{blobs}]}}]"#);
+            format!(
+                r#"{{"scene": {{"fog": {{"terms": {terms}}}}}, "width": 4000, "height": 2000}}"#
+            )
+        };
+        assert_eq!(lane(&picture("1")), Lane::Short);
+        assert_eq!(lane(&picture("[1, 2, 3]")), Lane::Long);
+    }
+
     #[test]
     fn rays_times_lights_times_blobs_say_how_long_a_probe_looks() {
         let lights = [r#"{"kind": "point"}"#; 8].join(",");
@@ -87,7 +107,7 @@ mod tests {
         let (scene, _) = request.check().unwrap();
         assert_eq!(lane_of_probe(&scene, 1000), Lane::Short);
         assert_eq!(lane_of_probe(&scene, 10_000_000), Lane::Long);
-        assert_eq!(probe_bytes(&scene, 1), 512 + 25 * (21 + 24));
+        assert_eq!(probe_bytes(&scene, 1), 512 + 25 * (25 + 24));
     }
 
     #[test]

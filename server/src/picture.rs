@@ -11,7 +11,7 @@ use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::frame::Lap;
 use fogbank_core::image::{EncodeError, Format};
-use fogbank_core::request::{Quality, View};
+use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
 use std::time::{Duration, Instant};
@@ -44,7 +44,11 @@ pub async fn answer(
     format: Format,
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
-    let most_bytes = picture_bytes(view.width, view.height, view.layer.channels(), format);
+    let channels = view.layer.channels(scene.fog.bands());
+    // A PNG of optical depths may have 16 bits a number.
+    let is_deep = view.layer == Layer::OpticalDepth && !format.is_float();
+    let numbers = if is_deep { 2 * channels } else { channels };
+    let most_bytes = picture_bytes(view.width, view.height, numbers, format);
     let room = app.answers.reserve(client, most_bytes)?;
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
     let order = Order::new(lane_of_picture(&scene, &view), client, deadline);

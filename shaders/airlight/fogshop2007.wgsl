@@ -60,5 +60,5 @@ fn scattered(cross: Crossing, seen: gaussians::Seen, lit: vec4<f32>, floor_m: f3
 
 /// The smallest distance that counts between a light and a ray [m].
 fn floor_of(light: lamp::Lamp) -> f32 {
-    return max(light.position.w * lamp::MISS_FLOOR, LEAST_DISTANCE);
+    return max(light.distance_m * lamp::MISS_FLOOR, LEAST_DISTANCE);
 }

@@ -36,7 +36,7 @@ const ENDS: f32 = 4.0;
 
 /// What airlight depends on at a place of a ray.
 struct Fields {
-    /// ln β − T(v, x); behind what is opaque its size does not matter.
+    /// ln β − T(v, x), β of the group that scatters; behind what is opaque its size does not matter.
     log_seen: f32,
     /// T(x, s)/d, the mean extinction towards the light [1/m].
     mean: f32,
@@ -44,13 +44,14 @@ struct Fields {
     of_blobs: f32,
 }
 
-/// From sums over blobs: x is β, y is T(v, x), z is T(x, s); and the same of what stands in closed form,
-/// but that z is T(x, s)/d; `distance_m` from the light.
-fn fields(sums: vec3<f32>, haze: vec3<f32>, distance_m: f32) -> Fields {
+/// From sums over blobs: x is β of the group that scatters, y is T(v, x), z is β of all, w is T(x, s); and
+/// what stands in closed form: x is β of the group, y is T(v, x), z is T(x, s)/d; `distance_m` from the
+/// light.
+fn fields(sums: vec4<f32>, haze: vec3<f32>, distance_m: f32) -> Fields {
     let depth = min(sums.y + haze.y, 2.0 * OPAQUE);
     let log_seen = log(max(sums.x + haze.x, LEAST_BETA)) - depth;
-    let of_blobs = sums.x * num::exp_bounded(-sums.y);
-    return Fields(log_seen, haze.z + sums.z / max(distance_m, num::LEAST), of_blobs);
+    let of_blobs = sums.z * num::exp_bounded(-sums.y);
+    return Fields(log_seen, haze.z + sums.w / max(distance_m, num::LEAST), of_blobs);
 }
 
 /// k(α) e^(log − mean · d)/d² at distance `aside` along the ray from its point closest to the

@@ -37,8 +37,8 @@ fn nothing() -> Fog {
 /// Adds a blob, if some ray of the bundle meets it.
 fn add(fog: ptr<function, Fog>, blob: gaussians::Blob, rays: bundle::Bundle) {
     let center = gaussians::center_of(blob);
-    let a = blob.place.w;
-    let k = blob.weight.x;
+    let a = blob.a;
+    let k = blob.half_depth;
     let way = center - rays.origin;
     let half = 1.01 * a * (length(way) * rays.tangent + rays.radius);
     let aside = a * length(cross(way, rays.axis));

@@ -9,14 +9,19 @@
 
 /// What a table covers.
 struct Extent {
-    /// xyz: axes of the only face, across, down and towards the fog. w of the last: tangent of half
-    /// the angle across; 0 for the faces of a cube.
-    across: vec4<f32>,
-    down: vec4<f32>,
-    toward: vec4<f32>,
-    /// x: ln of the first shell's radius [m]. y: shells per unit of ln r. z: samples along the side
-    /// of a face, without those beyond its edges. w: shells.
-    scale: vec4<f32>,
+    /// Axes of the only face: across, down and towards the fog.
+    across: vec3<f32>,
+    /// Tangent of half the angle across; 0 for the faces of a cube.
+    reach: f32,
+    down: vec3<f32>,
+    /// ln of the first shell's radius [m].
+    first: f32,
+    toward: vec3<f32>,
+    /// Shells per unit of ln r.
+    density: f32,
+    /// Samples along the side of a face, without those beyond its edges.
+    side: f32,
+    shells: f32,
 }
 
 /// The samples around a place, and the weights of cubics through them.
@@ -42,18 +47,18 @@ struct Place {
 
 /// For a place relative to the light.
 fn cell_of(extent: Extent, way: vec3<f32>, distance_m: f32) -> Cell {
-    let side = extent.scale.z;
-    let shells = extent.scale.w;
+    let side = extent.side;
+    let shells = extent.shells;
     let place = on_face(extent, way);
     let at = (place.at + 1.0) * (0.5 * (side - 1.0));
     let sample = clamp(floor(at), vec2<f32>(0.0), vec2<f32>(side - 2.0));
-    let radial = (num::log_bounded(distance_m) - extent.scale.x) * extent.scale.y;
+    let radial = (num::log_bounded(distance_m) - extent.first) * extent.density;
     let shell = clamp(floor(max(radial, 1.0)), 0.0, shells - 3.0);
     let between = min(max(radial, 1.0) - shell, 1.0);
     let column = u32(shells);
     let row = u32(side + 2.0) * column;
     let first = (u32(place.face * (side + 2.0) + sample.y) * row) + u32(sample.x) * column;
-    let beyond = max(radial - (shells - 2.0), 0.0) / extent.scale.y;
+    let beyond = max(radial - (shells - 2.0), 0.0) / extent.density;
     let seen = place.seen * num::exp_bounded(-beyond);
     let weights = array(cubic(at.y - sample.y), cubic(at.x - sample.x), cubic(between));
     return Cell(first + u32(shell) - 1u, row, column, weights[0], weights[1], weights[2], seen);
@@ -61,10 +66,10 @@ fn cell_of(extent: Extent, way: vec3<f32>, distance_m: f32) -> Cell {
 
 /// The face that a place is seen through, and where.
 fn on_face(extent: Extent, way: vec3<f32>) -> Place {
-    let reach = extent.toward.w;
+    let reach = extent.reach;
     if reach > 0.0 {
-        let depth = dot(way, extent.toward.xyz);
-        let aside = vec2<f32>(dot(way, extent.across.xyz), dot(way, extent.down.xyz));
+        let depth = dot(way, extent.toward);
+        let aside = vec2<f32>(dot(way, extent.across), dot(way, extent.down));
         let at = aside / max(depth * reach, num::LEAST);
         let shown = depth > 0.0 && max(abs(at.x), abs(at.y)) <= 1.0;
         return Place(0.0, clamp(at, vec2<f32>(-1.0), vec2<f32>(1.0)), select(0.0, 1.0, shown));

@@ -10,16 +10,22 @@
 
 /// What a patch may miss.
 struct Tolerance {
-    /// x: a patch is at most this share of its distance from a lamp's image. y: share of the fog, in
-    /// optical depth, of blobs that may hide between the eight rays. z: half a patch's diagonal
-    /// [rad]. w: relative error on the ninth ray.
-    whole: vec4<f32>,
-    /// x: relative difference of two rules that agree. y: share that a rule may miss of the light
-    /// that fog removes. zw: unused.
-    rule: vec4<f32>,
-    /// x: rays of a layer end within this share of each other's way through the fog. y: a layer is
-    /// at least this share of the blobs' extent. zw: unused.
-    layers: vec4<f32>,
+    /// A patch is at most this share of its distance from a lamp's image.
+    near: f32,
+    /// Share of the fog, in optical depth, of blobs that may hide between the eight rays.
+    hidden: f32,
+    /// Half a patch's diagonal [rad].
+    wide: f32,
+    /// Relative error on the ninth ray.
+    rough: f32,
+    /// Relative difference of two rules that agree.
+    agree: f32,
+    /// Share that a rule may miss of the light that fog removes.
+    unmet: f32,
+    /// Rays of a layer end within this share of each other's way through the fog.
+    layer: f32,
+    /// A layer is at least this share of the blobs' extent.
+    thin: f32,
 }
 
 /// The samples of a patch's pixels lie between xy and zw in the full picture [px].
@@ -61,15 +67,15 @@ fn is_near(
     longest: f32,
     nearest: f32,
 ) -> bool {
-    let at = picture_place(view, light.position.xyz);
-    if light.position.w < 1e-5 * longest {
+    let at = picture_place(view, light.position);
+    if light.distance_m < 1e-5 * longest {
         return true;
     }
     if at.z <= 0.0 {
         return false;
     }
-    let depth = select(max(at.z, 1e-9 * light.position.w), 1.0, is_parallel(view));
-    let image = (vec2<f32>(at.x, -at.y) / depth + 1.0) * 0.5 * view.size.xy;
+    let depth = select(max(at.z, 1e-9 * light.distance_m), 1.0, is_parallel(view));
+    let image = (vec2<f32>(at.x, -at.y) / depth + 1.0) * 0.5 * view.size;
     let size = max(area.z - area.x, area.w - area.y);
     return size > nearest * distance(middle_of(area), image);
 }

@@ -12,11 +12,16 @@
 
 /// A blob as the host writes it.
 struct Blob {
-    /// xyz: a · (centre − camera). w: scale a = 1/radius [1/m].
-    place: vec4<f32>,
-    /// x: half depth k = c√π/(2a). y: distance from its centre beyond which it counts for nothing
-    /// [m]. zw: unused.
-    weight: vec4<f32>,
+    /// a · (centre − camera).
+    place: vec3<f32>,
+    /// Scale a = 1/radius [1/m].
+    a: f32,
+    /// Half depth k = c√π/(2a).
+    half_depth: f32,
+    /// Distance from its centre beyond which it counts for nothing [m].
+    reach_m: f32,
+    /// The group of terms that it belongs to.
+    group: u32,
 }
 
 /// A blob relative to the origin of rays.
@@ -56,12 +61,12 @@ const SHORT: f32 = 5e-3;
 
 /// A blob relative to a point, itself given relative to the camera [m].
 fn seen_from(blob: Blob, origin: vec3<f32>) -> Seen {
-    return Seen(blob.place.xyz - blob.place.w * origin, blob.place.w, blob.weight.x);
+    return Seen(blob.place - blob.a * origin, blob.a, blob.half_depth);
 }
 
 /// A blob's centre, relative to the camera [m].
 fn center_of(blob: Blob) -> vec3<f32> {
-    return blob.place.xyz / blob.place.w;
+    return blob.place / blob.a;
 }
 
 /// The way between two points. It starts at the one nearer to the camera, whose coordinates have

@@ -11,9 +11,14 @@
 
 /// A row as the host writes it; heights from the camera.
 struct Row {
-    /// x: extinction [1/m]. y: the lower end, from which on it falls off if it does [m]. z: the upper end
-    /// [m]. w: falloff above y [1/m]; 0 for what is the same between y and z.
-    optics: vec4<f32>,
+    /// Extinction [1/m].
+    extinction: f32,
+    /// The lower end, from which on it falls off if it does [m].
+    low_m: f32,
+    /// The upper end [m].
+    high_m: f32,
+    /// Falloff above the lower end [1/m]; 0 for what is the same between both.
+    falloff: f32,
 }
 
 /// Ray parameters at which β jumps or kinks, of one row.
@@ -23,7 +28,7 @@ const FAR: f32 = 1e38;
 
 /// β at a point, from the camera [1/m].
 fn extinction(row: Row, point: vec3<f32>) -> f32 {
-    return row.optics.x * share(row, point.y);
+    return row.extinction * share(row, point.y);
 }
 
 /// The mean of β between two points [1/m].
@@ -33,24 +38,24 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     if low >= high {
         return extinction(row, a);
     }
-    var sum = max(min(high, row.optics.z) - max(low, row.optics.y), 0.0);
-    if row.optics.w > 0.0 {
-        let turn = max(min(high, row.optics.y), low);
+    var sum = max(min(high, row.high_m) - max(low, row.low_m), 0.0);
+    if row.falloff > 0.0 {
+        let turn = max(min(high, row.low_m), low);
         let above = high - turn;
-        sum = turn - low + above * share(row, turn) * falling_mean(above * row.optics.w);
+        sum = turn - low + above * share(row, turn) * falling_mean(above * row.falloff);
     }
-    return row.optics.x * sum / (high - low);
+    return row.extinction * sum / (high - low);
 }
 
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
-    let is_uniform = row.optics.y < -FAR && row.optics.z > FAR;
-    return vec2<f32>(select(0.0, row.optics.x, is_uniform), row.optics.x);
+    let is_uniform = row.low_m < -FAR && row.high_m > FAR;
+    return vec2<f32>(select(0.0, row.extinction, is_uniform), row.extinction);
 }
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].
 fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let height = row.optics[1u + which];
+    let height = select(row.low_m, row.high_m, which == 1u);
     let rise = height - origin.y;
     // Also for a level ray, whose quotient would be no number.
     if abs(height) > FAR || abs(direction.y) * FAR <= abs(rise) {
@@ -61,10 +66,10 @@ fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
 
 /// The share of the extinction at a height.
 fn share(row: Row, y: f32) -> f32 {
-    if row.optics.w > 0.0 {
-        return num::exp_bounded(-max(y - row.optics.y, 0.0) * row.optics.w);
+    if row.falloff > 0.0 {
+        return num::exp_bounded(-max(y - row.low_m, 0.0) * row.falloff);
     }
-    return select(0.0, 1.0, row.optics.y <= y && y <= row.optics.z);
+    return select(0.0, 1.0, row.low_m <= y && y <= row.high_m);
 }
 
 /// (1 − e^(−x))/x: the mean of e^(−x) from 0 on.

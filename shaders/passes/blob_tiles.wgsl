@@ -1,8 +1,8 @@
-// The same as blob_quads.wgsl in a compute shader: a workgroup takes a tile, finds the blobs that
-// matter to it, and sums them up along its rays. Adds to the buffer; with MISSING only to pixels
-// that a draft's low resolution lends nothing to.
+// Optical depth of the blobs along every view ray, and with AIRLIGHT_FOGSHOP2007 the airlight of the
+// lamps in them: a workgroup takes a tile, finds the blobs that matter to it, and sums them up along its
+// rays. Adds to the buffer; with MISSING only to pixels that a draft's low resolution lends nothing to.
 //
-// Twins: core/src/cpu/kernels.rs, blobs_on_view in core/src/cpu/fog.rs.
+// Twins: core/src/media/gaussians/list.rs, core/src/airlight/fogshop2007/lanes.rs.
 
 #import fogbank::view
 #import fogbank::bundle
@@ -28,6 +28,7 @@
 @group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
 /// For every lamp and blob, lamps outside: a · (centre − light), and the exponent of f¹.
 @group(0) @binding(6) var<storage, read> lit: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read> scatters: array<lamp::Scatter>;
 #endif
 
 #ifdef MISSING
@@ -53,9 +54,9 @@ fn add(
     let seen_by_tile = bundle_of(group.xy, longest);
 
     var sum = vec4<f32>(0.0);
-    for (var first = part.range.x; first < part.range.y; first += tile::CHUNK) {
+    for (var first = part.first; first < part.end; first += tile::CHUNK) {
         cull(first, place, seen_by_tile);
-        for (var word = 0u; word < tile::words(part.range.y - first); word++) {
+        for (var word = 0u; word < tile::words(part.end - first); word++) {
             var bits = tile::kept(word);
             while bits != 0u {
                 let blob = first + word * 32u + firstTrailingBit(bits);
@@ -87,9 +88,9 @@ fn bundle_of(tile_place: vec2<u32>, longest: f32) -> bundle::Bundle {
 /// Marks the blobs of a chunk that some ray of the tile meets.
 fn cull(first: u32, place: u32, rays: bundle::Bundle) {
     tile::clear(place);
-    for (var at = place; at < tile::CHUNK && first + at < part.range.y; at += tile::SIZE) {
+    for (var at = place; at < tile::CHUNK && first + at < part.end; at += tile::SIZE) {
         let blob = blobs[first + at];
-        if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.weight.y {
+        if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.reach_m {
             tile::keep(at);
         }
     }
@@ -102,11 +103,12 @@ fn along(place: u32, ray: view::Ray, length_m: f32) -> vec4<f32> {
 #ifdef AIRLIGHT_FOGSHOP2007
     let crossing = fogshop2007::crossing(seen, ray.direction, length_m);
     var airlight = vec3<f32>(0.0);
-    for (var i = 0u; i < frame.counts.w; i++) {
-        let light = lamps[i];
-        let side = lit[i * frame.counts.z + place];
+    for (var i = 0u; i < frame.scatters; i++) {
+        let scatter = scatters[i];
+        let light = lamps[scatter.lamp];
+        let side = lit[scatter.lamp * frame.blobs + place];
         let floor_m = fogshop2007::floor_of(light);
-        airlight += fogshop2007::scattered(crossing, seen, side, floor_m) * light.scattered.rgb;
+        airlight += fogshop2007::scattered(crossing, seen, side, floor_m) * scatter.colour;
     }
     return vec4<f32>(airlight / (4.0 * num::PI), crossing.depth);
 #else

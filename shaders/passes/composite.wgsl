@@ -49,7 +49,7 @@ fn compose(@builtin(position) at: vec4<f32>) -> Sample {
 #endif
     let value = layer(pixel);
     // On a screen a lamp's rim is a rim only if its radiance counts no more than white.
-    let weight = 1.0 / (1.0 + max(value.r, max(value.g, value.b)) * frame.optics.z);
+    let weight = 1.0 / (1.0 + max(value.r, max(value.g, value.b)) * frame.weighing);
     var sample: Sample;
     sample.value = vec4<f32>(value * weight, weight);
 #ifdef MARK_EDGES
@@ -80,7 +80,7 @@ fn beauty(pixel: vec2<u32>) -> vec3<f32> {
     let along = fog(pixel);
     let lost = num::absorptance(along.w);
     let surface = textureLoad(radiance, pixel, 0).rgb;
-    return surface * (1.0 - lost) + along.rgb + frame.ambient.rgb * lost;
+    return surface * (1.0 - lost) + along.rgb + frame.ambient * lost;
 }
 
 /// Airlight and optical depth of a pixel.
@@ -109,7 +109,7 @@ fn low_fog(pixel: vec2<u32>) -> vec4<f32> {
 
 #ifdef MARK_EDGES
 fn edge(pixel: vec2<u32>) -> u32 {
-    let last = vec2<u32>(frame.size.xy) - 1u;
+    let last = vec2<u32>(frame.size) - 1u;
     let before = max(pixel, vec2<u32>(1u)) - 1u;
     let after = min(pixel + 1u, last);
     let is_edge = differs(pixel, vec2<u32>(before.x, pixel.y))

@@ -13,6 +13,7 @@
 @group(0) @binding(1) var hits: texture_2d<f32>;
 #ifdef AIRLIGHT_SUN2005
 @group(0) @binding(2) var<storage, read> lamps: array<lamp::Lamp>;
+@group(0) @binding(3) var<storage, read> scatters: array<lamp::Scatter>;
 #endif
 
 @vertex
@@ -28,11 +29,11 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     var airlight = vec3<f32>(0.0);
 #ifdef AIRLIGHT_SUN2005
     let beta = haze::bounds().x;
-    for (var i = 0u; i < frame.counts.w; i++) {
-        let light = lamps[i];
-        let toward = light.position.xyz - ray.offset;
+    for (var i = 0u; i < frame.scatters; i++) {
+        let scatter = scatters[i];
+        let toward = lamps[scatter.lamp].position - ray.offset;
         let value = sun2005::airlight(beta, toward, ray.direction, length_m);
-        airlight += value * light.intensity.w * light.scattered.rgb;
+        airlight += value * scatter.share * scatter.colour;
     }
 #endif
     return vec4<f32>(airlight, haze::depth(ray.offset, ray.direction, length_m));

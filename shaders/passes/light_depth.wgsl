@@ -19,8 +19,7 @@
 @group(0) @binding(2) var<storage, read> blobs: array<gaussians::Blob>;
 /// For every lamp of a pass, the optical depth of every pixel; lamps outside.
 @group(0) @binding(3) var<storage, read_write> depths: array<f32>;
-/// z: the lamp of this dispatch. w: its place among those of the pass. xy: the blobs of this
-/// dispatch; those from 0 on go with what is not blobs.
+/// The blobs of this dispatch, and its lamp. The blobs from 0 on go with what is not blobs.
 @group(0) @binding(4) var<uniform> part: view::Span;
 @group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
 @group(0) @binding(6) var surfaces: texture_2d<u32>;
@@ -32,7 +31,7 @@ fn measure(
     @builtin(local_invocation_index) place: u32,
 ) {
     let pixel = group.xy * tile::SIDE + local.xy;
-    let light = lamps[part.range.z].position.xyz;
+    let light = lamps[part.lamp].position;
     let full = view::pixel_of(frame, pixel);
     let sees = view::is_inside(frame, pixel) && sees_surface(full);
     let point = point_of(pixel, full);
@@ -40,9 +39,9 @@ fn measure(
     let between = bundle_to(place, point - light, sees, light);
 
     var depth = 0.0;
-    for (var first = part.range.x; first < part.range.y; first += tile::CHUNK) {
+    for (var first = part.first; first < part.end; first += tile::CHUNK) {
         cull(first, place, between);
-        for (var word = 0u; word < tile::words(part.range.y - first); word++) {
+        for (var word = 0u; word < tile::words(part.end - first); word++) {
             var bits = tile::kept(word);
             while bits != 0u {
                 let blob = first + word * 32u + firstTrailingBit(bits);
@@ -91,9 +90,9 @@ fn bundle_to(place: u32, way: vec3<f32>, sees: bool, light: vec3<f32>) -> bundle
 /// Marks the blobs of a chunk that lie between the lamp and the tile's surface points.
 fn cull(first: u32, place: u32, between: bundle::Bundle) {
     tile::clear(place);
-    for (var at = place; at < tile::CHUNK && first + at < part.range.y; at += tile::SIZE) {
+    for (var at = place; at < tile::CHUNK && first + at < part.end; at += tile::SIZE) {
         let blob = blobs[first + at];
-        if bundle::distance_to(between, gaussians::center_of(blob)) < blob.weight.y {
+        if bundle::distance_to(between, gaussians::center_of(blob)) < blob.reach_m {
             tile::keep(at);
         }
     }
@@ -101,9 +100,9 @@ fn cull(first: u32, place: u32, between: bundle::Bundle) {
 }
 
 fn store(pixel: vec2<u32>, depth: f32, rest: f32) {
-    let pixels = u32(frame.size.z) * u32(frame.size.w);
-    let at = part.range.w * pixels + view::index_of(frame, pixel);
-    if part.range.x == 0u {
+    let pixels = u32(frame.targets.x) * u32(frame.targets.y);
+    let at = part.slot * pixels + view::index_of(frame, pixel);
+    if part.first == 0u {
         depths[at] = depth + rest;
     } else {
         depths[at] += depth;

@@ -26,9 +26,21 @@
 #import fogbank::mapped::around
 #import fogbank::mapped::batch
 #import fogbank::mapped::patch
+#import fogbank::mapped::section
 #ifdef LIGHT_TABLE
 #import fogbank::mapped::light_table
 #endif
+
+/// The work of a dispatch.
+struct Task {
+    /// What is scattered of which lamp, by its place.
+    scatter: u32,
+    /// Pixels along the side of a patch: 16, 8, 4, 2 or 1.
+    side: u32,
+    /// The group that scatters, and the mean cosine of its phase function.
+    group: u32,
+    g: f32,
+}
 
 /// Patches, a workgroup each.
 struct Patches {
@@ -69,23 +81,12 @@ struct Scope {
     dense: vec2<f32>,
 }
 
-/// A part of the rays' way, on which the fog is smooth.
-struct Piece {
-    /// Where it begins and ends at the earliest and the latest [m].
-    begin: f32,
-    end: f32,
-    /// The edges of the fog that cut it where it begins and where it ends, if any does.
-    low: u32,
-    high: u32,
-}
-
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
 @group(0) @binding(2) var<storage, read> blobs: array<gaussians::Blob>;
 /// rgb: airlight [W/(m² sr)]. w: optical depth. Row by row.
 @group(0) @binding(3) var<storage, read_write> fogged: array<vec4<f32>>;
-/// x: the lamp. z: pixels along the side of a patch: 16, 8, 4, 2 or 1.
-@group(0) @binding(4) var<uniform> part: view::Span;
+@group(0) @binding(4) var<uniform> task: Task;
 @group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
 /// Gauss–Legendre abscissae and weights on [0, 1] of 32, 64, 128, 256 and 512 nodes, one after the
 /// other.
@@ -97,15 +98,11 @@ struct Piece {
 @group(0) @binding(9) var<uniform> extent: light_table::Extent;
 @group(0) @binding(10) var<storage, read> means: array<f32>;
 #endif
+@group(0) @binding(13) var<storage, read> scatters: array<lamp::Scatter>;
 /// The patches of this dispatch, and those of the next.
 @group(0) @binding(11) var<storage, read> patches: Patches;
 @group(0) @binding(12) var<storage, read_write> parts: Parts;
 
-/// An edge of the fog no farther than this share behind a ray's end is its end: where fog lies on a
-/// floor.
-const ALIKE: f32 = 1e-4;
-/// No edge at all.
-const UNCUT: u32 = 0xffffffffu;
 /// Workgroups of a row of a dispatch.
 const ACROSS: u32 = 32768u;
 /// Nodes that are taken at once, and of the smallest rule.
@@ -129,7 +126,7 @@ fn add(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) place: u32,
 ) {
-    let side = part.range.z;
+    let side = task.side;
     let index = group.y * ACROSS + group.x;
     if index >= patches.dispatch.w {
         return;
@@ -139,16 +136,16 @@ fn add(
     let area = patch::area_of(frame, at * side, side);
     let own = own_of(place, at * side, side, area);
     let longest = tile::largest(place, vec4<f32>(own.length_m)).x;
-    let light = lamps[part.range.x];
+    let light = lamps[scatters[task.scatter].lamp];
     let rays = bundle::of_view(frame, area.xy, area.zw, longest);
     let fog = fog_around(place, rays, longest);
     let scope = scope_of(place, area, rays, fog, side == 1u);
     let middle = patch::ray_at(frame, area, vec2<f32>(0.0));
     let among = min(longest, max(fog.end, 0.0));
     let hidden_by = haze::depth(middle.offset, middle.direction, among);
-    let hides = sqrt(fog.hidden) > limits.whole.y * min(fog.depth + hidden_by, 1.0);
-    let is_coarse = hides || patch::is_wide(frame, area, limits.whole.z);
-    let is_near = patch::is_near(frame, area, light, longest, limits.whole.x);
+    let hides = sqrt(fog.hidden) > limits.hidden * min(fog.depth + hidden_by, 1.0);
+    let is_coarse = hides || patch::is_wide(frame, area, limits.wide);
+    let is_near = patch::is_near(frame, area, light, longest, limits.near);
 
     // x: the airlight. y: 1 if it is none yet.
     var value = vec2<f32>(0.0);
@@ -160,7 +157,7 @@ fn add(
         }
     }
     if own.waits {
-        settle(own, light, value);
+        settle(own, value);
     }
     let stays = own.waits && value.y != 0.0;
     if tile::largest(place, vec4<f32>(select(0.0, 1.0, stays))).x > 0.0 && place < 4u {
@@ -185,7 +182,7 @@ fn own_of(place: u32, first: vec2<u32>, side: u32, area: vec4<f32>) -> Own {
 
 /// Where a pixel's bit is in `settled`.
 fn word_of(pixel: vec2<u32>) -> u32 {
-    let tiles = (u32(frame.size.z) + tile::SIDE - 1u) / tile::SIDE;
+    let tiles = (u32(frame.targets.x) + tile::SIDE - 1u) / tile::SIDE;
     let at = pixel / tile::SIDE;
     return (at.y * tiles + at.x) * 8u + (pixel.y % tile::SIDE) / 2u;
 }
@@ -195,11 +192,11 @@ fn bit_of(pixel: vec2<u32>) -> u32 {
 }
 
 /// Adds a pixel's airlight, unless there is none yet.
-fn settle(own: Own, light: lamp::Lamp, value: vec2<f32>) {
+fn settle(own: Own, value: vec2<f32>) {
     if value.y != 0.0 {
         return;
     }
-    let airlight = value.x * light.scattered.rgb;
+    let airlight = value.x * scatters[task.scatter].colour;
     fogged[view::index_of(frame, own.pixel)] += vec4<f32>(airlight, 0.0);
     atomicOr(&settled[word_of(own.pixel)], bit_of(own.pixel));
 }
@@ -216,7 +213,7 @@ fn pass_on(at: vec2<u32>) {
 /// What all blobs around the patch's rays come to; marks them.
 fn fog_around(place: u32, rays: bundle::Bundle, longest: f32) -> around::Fog {
     var fog = around::nothing();
-    for (var at = place; at < frame.counts.z; at += tile::SIZE) {
+    for (var at = place; at < frame.blobs; at += tile::SIZE) {
         around::add(&fog, blobs[at], rays);
     }
     mark_seen(place, rays);
@@ -228,9 +225,9 @@ fn fog_around(place: u32, rays: bundle::Bundle, longest: f32) -> around::Fog {
 /// Marks the blobs that matter to the patch's rays; the host sends no more than a chunk.
 fn mark_seen(place: u32, rays: bundle::Bundle) {
     tile::clear(place);
-    for (var at = place; at < frame.counts.z; at += tile::SIZE) {
+    for (var at = place; at < frame.blobs; at += tile::SIZE) {
         let blob = blobs[at];
-        if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.weight.y {
+        if bundle::distance_to(rays, gaussians::center_of(blob)) < blob.reach_m {
             tile::keep(at);
         }
     }
@@ -286,7 +283,7 @@ fn opaque_from(place: u32, scope: Scope) -> f32 {
 /// patch is too large for it.
 fn of_lamp(place: u32, own: Own, scope: Scope, light: lamp::Lamp) -> vec2<f32> {
     let end = min(own.length_m, scope.end);
-    let thin = limits.layers.y * max(scope.dense.y - scope.dense.x, 0.0);
+    let thin = limits.thin * max(scope.dense.y - scope.dense.x, 0.0);
     var waits = own.length_m > scope.begin;
     var result = vec2<f32>(0.0);
     for (var layer = 0u; layer < LAYERS; layer++) {
@@ -294,7 +291,7 @@ fn of_lamp(place: u32, own: Own, scope: Scope, light: lamp::Lamp) -> vec2<f32> {
         if first >= FAR {
             break;
         }
-        let reach = first + max(limits.layers.x * (first - scope.begin), thin);
+        let reach = first + max(limits.layer * (first - scope.begin), thin);
         let member = waits && end <= reach;
         let last = tile::largest(place, vec4<f32>(select(0.0, end, member))).x;
         waits = waits && !member;
@@ -305,7 +302,7 @@ fn of_lamp(place: u32, own: Own, scope: Scope, light: lamp::Lamp) -> vec2<f32> {
         var piece = tail_piece(place, own, member, scope, first, last);
         if piece.begin > piece.end {
             value.y = select(1.0, value.y, scope.is_last);
-            piece = Piece(first, last, UNCUT, UNCUT);
+            piece = section::Piece(first, last, section::UNCUT, section::UNCUT);
         }
         if value.y == 0.0 && last - first > 1e-5 * (last - scope.begin) {
             value.x += tail_airlight(place, own, scope, light, piece, member);
@@ -327,35 +324,21 @@ fn heads_airlight(
 ) -> vec2<f32> {
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     var sum = vec2<f32>(0.0);
-    var piece = Piece(scope.begin, first, UNCUT, UNCUT);
+    var piece = section::Piece(scope.begin, first, section::UNCUT, section::UNCUT);
     // No more sections than there are edges, and one.
     for (var i = 0u; i <= haze::edge_count(); i++) {
-        piece.high = next_edge(middle, place_on(piece, middle).x, first * (1.0 - ALIKE));
-        let ends = place_on(piece, middle);
+        piece.high = section::next_edge(middle, section::place_on(piece, middle).x, first * (1.0 - section::ALIKE));
+        let ends = section::place_on(piece, middle);
         if ends.y - ends.x > 1e-6 * first {
             sum += head_airlight(place, own, scope, light, piece, member);
         }
-        if piece.high == UNCUT {
+        if piece.high == section::UNCUT {
             break;
         }
         piece.low = piece.high;
-        piece.high = UNCUT;
+        piece.high = section::UNCUT;
     }
     return vec2<f32>(sum.x, min(sum.y, 1.0));
-}
-
-/// The edge of the fog that a ray passes next between two ray parameters.
-fn next_edge(ray: view::Ray, begin: f32, end: f32) -> u32 {
-    var next = UNCUT;
-    var at = end;
-    for (var i = 0u; i < haze::edge_count(); i++) {
-        let t = haze::edge(i, ray.offset, ray.direction);
-        if t > begin && t < at {
-            at = t;
-            next = i;
-        }
-    }
-    return next;
 }
 
 /// The edge of the fog at which a layer's rays end or before which they do, if one is near: the piece of
@@ -367,17 +350,17 @@ fn tail_piece(
     scope: Scope,
     first: f32,
     last: f32,
-) -> Piece {
+) -> section::Piece {
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let ray = control_ray(scope, place);
-    var piece = Piece(first, last, UNCUT, UNCUT);
+    var piece = section::Piece(first, last, section::UNCUT, section::UNCUT);
     var nearest = FAR;
     for (var i = 0u; i < haze::edge_count(); i++) {
         let t = haze::edge(i, own.ray.offset, own.ray.direction);
-        let passes = t > scope.begin && t < min(own.length_m, scope.end) * (1.0 - ALIKE);
+        let passes = t > scope.begin && t < min(own.length_m, scope.end) * (1.0 - section::ALIKE);
         let on_control = haze::edge(i, ray.offset, ray.direction);
-        let is_inside = on_control > scope.begin && on_control < first * (1.0 - ALIKE);
-        let is_ahead = on_control > scope.begin && on_control < last * (1.0 + ALIKE);
+        let is_inside = on_control > scope.begin && on_control < first * (1.0 - section::ALIKE);
+        let is_ahead = on_control > scope.begin && on_control < last * (1.0 + section::ALIKE);
         let found = tile::largest(place, vec4<f32>(
             select(0.0, 1.0, member && passes),
             select(0.0, 1.0, member && !passes),
@@ -397,32 +380,9 @@ fn tail_piece(
     return piece;
 }
 
-fn is_uncut(piece: Piece) -> bool {
-    return piece.low == UNCUT && piece.high == UNCUT;
-}
-
-/// Where a piece begins and ends on a ray [m].
-fn place_on(piece: Piece, ray: view::Ray) -> vec2<f32> {
-    var ends = vec2<f32>(piece.begin, piece.end);
-    if piece.low != UNCUT {
-        ends.x = clamp(haze::edge(piece.low, ray.offset, ray.direction), piece.begin, piece.end);
-    }
-    if piece.high != UNCUT {
-        ends.y = clamp(haze::edge(piece.high, ray.offset, ray.direction), ends.x, piece.end);
-    }
-    return ends;
-}
-
-/// Where the share 0 of a piece is on a ray, and what a share of 1 is long there [m]. Shares of a piece
-/// that no edge cuts are ray parameters.
-fn chart_on(piece: Piece, ray: view::Ray) -> vec2<f32> {
-    let ends = place_on(piece, ray);
-    return select(vec2<f32>(ends.x, ends.y - ends.x), vec2<f32>(0.0, 1.0), is_uncut(piece));
-}
-
 /// ln of what a node's weight grows by from the middle ray to another.
-fn log_stretch(scope: Scope, piece: Piece, chart: vec2<f32>) -> f32 {
-    let middle = chart_on(piece, patch::ray_at(frame, scope.area, vec2<f32>(0.0)));
+fn log_stretch(scope: Scope, piece: section::Piece, chart: vec2<f32>) -> f32 {
+    let middle = section::chart_on(piece, patch::ray_at(frame, scope.area, vec2<f32>(0.0)));
     return num::log_bounded(chart.y / max(middle.y, num::LEAST));
 }
 
@@ -432,13 +392,13 @@ fn head_airlight(
     own: Own,
     scope: Scope,
     light: lamp::Lamp,
-    piece: Piece,
+    piece: section::Piece,
     member: bool,
 ) -> vec2<f32> {
-    let g = frame.optics.x;
+    let g = task.g;
     let middle = patch::ray_at(frame, scope.area, vec2<f32>(0.0));
     let map = map_along(place, scope, middle, light, piece);
-    let ends = place_on(piece, middle);
+    let ends = section::place_on(piece, middle);
     let before = depth_before(place, middle, piece);
     let of_blobs = depth_to(place, middle, ends.y);
     let through = of_blobs + haze::depth(middle.offset, middle.direction, ends.y);
@@ -449,12 +409,12 @@ fn head_airlight(
     }
 
     let toward = to_light(light, own.ray);
-    let chart = chart_on(piece, own.ray);
+    let chart = section::chart_on(piece, own.ray);
     var sum = 0.0;
     // Along the ninth ray: the airlight as it is and as it would be, and what blobs remove there.
     var compared = vec3<f32>(0.0);
     for (var first = 0u; first < size; first += BATCH) {
-        place_nodes(place, map, size, first, chart_on(piece, middle));
+        place_nodes(place, map, size, first, section::chart_on(piece, middle));
         fill_batch(place, scope, light, piece);
         compared += on_ninth(place, scope, light, piece);
         if member {
@@ -466,22 +426,22 @@ fn head_airlight(
     // Eight invocations hold each node's values.
     let ninth = tile::total(place, vec4<f32>(compared, 0.0)).xyz / 8.0;
     let checked = patch::ray_at(frame, scope.area, pixels::CHECK);
-    let behind = depth_to(place, checked, place_on(piece, checked).y);
+    let behind = depth_to(place, checked, section::place_on(piece, checked).y);
     let removed = removed_by(depth_before(place, checked, piece), behind);
-    let misses = abs(ninth.z - removed) > limits.rule.y * removed + mapped::NOTHING;
-    let differs = abs(ninth.x - ninth.y) > limits.whole.w * ninth.x;
+    let misses = abs(ninth.z - removed) > limits.unmet * removed + mapped::NOTHING;
+    let differs = abs(ninth.x - ninth.y) > limits.rough * ninth.x;
     let rough = through > UNSEEN && (differs || misses);
     return vec2<f32>(sum, select(0.0, 1.0, rough && !scope.is_last));
 }
 
 /// A node's share of the airlight along the ninth ray, from its fields there and from those between
 /// the eight rays; eight invocations have the same.
-fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) -> vec3<f32> {
-    let g = frame.optics.x;
+fn on_ninth(place: u32, scope: Scope, light: lamp::Lamp, piece: section::Piece) -> vec3<f32> {
+    let g = task.g;
     let ray = patch::ray_at(frame, scope.area, pixels::CHECK);
     let toward = to_light(light, ray);
     let node = batch::nodes[place / 8u];
-    let chart = chart_on(piece, ray);
+    let chart = section::chart_on(piece, ray);
     let t = chart.x + chart.y * node.x;
     let log_weight = node.y + log_stretch(scope, piece, chart);
     let at = fields_of_eight(place, ray, light, t);
@@ -506,10 +466,10 @@ fn place_nodes(place: u32, map: mapped::Map, size: u32, first: u32, chart: vec2<
 }
 
 /// Evaluates the fields of a batch on the eight rays.
-fn fill_batch(place: u32, scope: Scope, light: lamp::Lamp, piece: Piece) {
+fn fill_batch(place: u32, scope: Scope, light: lamp::Lamp, piece: section::Piece) {
     let node = batch::nodes[place / pixels::CONTROL];
     let ray = control_ray(scope, place);
-    let chart = chart_on(piece, ray);
+    let chart = section::chart_on(piece, ray);
     let at = fields_at(ray, light, chart.x + chart.y * node.x);
     batch::fill(place, at.log_seen + node.y + log_stretch(scope, piece, chart), at.mean);
 }
@@ -520,13 +480,13 @@ fn tail_airlight(
     own: Own,
     scope: Scope,
     light: lamp::Lamp,
-    piece: Piece,
+    piece: section::Piece,
     member: bool,
 ) -> f32 {
     // Four places on eight rays: eight invocations share the blobs of each pair.
     let pair = place / 8u;
     let ray = control_ray(scope, pair);
-    let chart = tail_chart(piece, ray);
+    let chart = section::tail_chart(piece, ray);
     let t = chart.x + chart.y * pixels::CHEBYSHEV[pair / pixels::CONTROL];
     let at = fields_of_eight(place, ray, light, t);
     workgroupBarrier();
@@ -538,7 +498,7 @@ fn tail_airlight(
     if !member {
         return 0.0;
     }
-    let along = tail_chart(piece, own.ray);
+    let along = section::tail_chart(piece, own.ray);
     var tail = pixels::Tail(piece.begin, along, vec4<f32>(0.0), -FAR, vec4<f32>(0.0));
     for (var i = 0u; i < pixels::TAIL; i++) {
         tail.log_seen[i] = batch::log_between(i, own.share);
@@ -546,18 +506,7 @@ fn tail_airlight(
         tail.most = max(tail.most, batch::most_of(i));
     }
     let toward = to_light(light, own.ray);
-    return pixels::tail_airlight(tail, frame.optics.x, toward, min(own.length_m, piece.end));
-}
-
-/// Where the share 0 of a tail is on a ray, and what a share of 1 is long there [m]: up to the edge that
-/// bounds it, and never onto that.
-fn tail_chart(piece: Piece, ray: view::Ray) -> vec2<f32> {
-    if piece.high == UNCUT {
-        return vec2<f32>(piece.begin, piece.end - piece.begin);
-    }
-    let bound = haze::edge(piece.high, ray.offset, ray.direction) * (1.0 - 0.1 * ALIKE);
-    let begin = min(piece.begin, bound);
-    return vec2<f32>(begin, bound - begin);
+    return pixels::tail_airlight(tail, task.g, toward, min(own.length_m, piece.end));
 }
 
 /// One of the eight rays.
@@ -571,11 +520,11 @@ fn map_along(
     scope: Scope,
     ray: view::Ray,
     light: lamp::Lamp,
-    piece: Piece,
+    piece: section::Piece,
 ) -> mapped::Map {
-    let g = frame.optics.x;
+    let g = task.g;
     let toward = to_light(light, ray);
-    let ends = place_on(piece, ray);
+    let ends = section::place_on(piece, ray);
     let dense = select(ends, scope.dense, scope.dense.x < scope.dense.y);
     let probe = pilot::probe(place, ends.x, ends.y, dense, toward);
     let at = fields_of_eight(place, ray, light, probe.at);
@@ -592,11 +541,11 @@ fn depth_to(place: u32, ray: view::Ray, t: f32) -> f32 {
 }
 
 /// T of the blobs to where a piece begins; none where no edge cuts it.
-fn depth_before(place: u32, ray: view::Ray, piece: Piece) -> f32 {
-    if piece.low == UNCUT {
+fn depth_before(place: u32, ray: view::Ray, piece: section::Piece) -> f32 {
+    if piece.low == section::UNCUT {
         return 0.0;
     }
-    return depth_to(place, ray, place_on(piece, ray).x);
+    return depth_to(place, ray, section::place_on(piece, ray).x);
 }
 
 /// Share of the light that blobs remove between two depths.
@@ -611,16 +560,16 @@ fn size_of(
     ray: view::Ray,
     light: lamp::Lamp,
     map: mapped::Map,
-    piece: Piece,
+    piece: section::Piece,
     removed: f32,
 ) -> u32 {
     let toward = to_light(light, ray);
-    let chart = chart_on(piece, ray);
+    let chart = section::chart_on(piece, ray);
     var coarse = vec2<f32>(-1.0);
     for (var size = BATCH; size <= LARGEST_RULE; size *= 2u) {
         let fine = rule_sums(place, ray, light, toward, map, size, chart);
-        let agree = abs(fine.x - coarse.x) <= limits.rule.x * fine.x;
-        if agree && abs(coarse.y - removed) <= limits.rule.y * removed + mapped::NOTHING {
+        let agree = abs(fine.x - coarse.x) <= limits.agree * fine.x;
+        if agree && abs(coarse.y - removed) <= limits.unmet * removed + mapped::NOTHING {
             return size / 2u;
         }
         coarse = fine;
@@ -647,7 +596,7 @@ fn rule_sums(
         let log_seen = at.log_seen + node.y;
         let aside = t - toward.closest;
         sums += vec2<f32>(
-            mapped::scattered(frame.optics.x, toward, aside, log_seen, at.mean),
+            mapped::scattered(task.g, toward, aside, log_seen, at.mean),
             at.of_blobs * num::exp_bounded(node.y),
         );
     }
@@ -658,8 +607,7 @@ fn rule_sums(
 /// Fields at a place of a ray, the blobs shared by eight neighbouring invocations.
 fn fields_of_eight(place: u32, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
     let own = sums_at(ray, light, t, EIGHTH << (place % 8u));
-    let sums = tile::total_of(place, 8u, vec4<f32>(own, 0.0)).xyz;
-    return fields_of(sums, ray, light, t);
+    return fields_of(tile::total_of(place, 8u, own), ray, light, t);
 }
 
 /// The same by the invocation alone.
@@ -668,13 +616,13 @@ fn fields_at(ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
 }
 
 #ifdef LIGHT_TABLE
-fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec3<f32> {
-    return vec3<f32>(view_sums(ray, t, some), 0.0);
+fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec4<f32> {
+    return vec4<f32>(view_sums(ray, t, some), 0.0);
 }
 
 /// From sums over blobs, and the mean towards the light as its table has it.
-fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
-    let way = ray.offset + t * ray.direction - light.position.xyz;
+fn fields_of(sums: vec4<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
+    let way = ray.offset + t * ray.direction - light.position;
     let distance_m = length(way);
     let at = light_table::cell_of(extent, way, distance_m);
     // Loops that no compiler unrolls: there are many calls.
@@ -691,55 +639,61 @@ fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapp
         rows = rows.yzwx;
     }
     let depth = max(mean, 0.0) * at.seen * distance_m;
-    return mapped::fields(vec3<f32>(sums.xy, depth), haze_at(ray, light, t), distance_m);
+    return mapped::fields(vec4<f32>(sums.xyz, depth), haze_at(ray, light, t), distance_m);
 }
 #else
-/// β, T from the eye and T from the light at a place of a ray, over the blobs of a mask.
-fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec3<f32> {
+/// β of the group that scatters, T from the eye, β of all and T from the light at a place of a ray, over
+/// the blobs of a mask.
+fn sums_at(ray: view::Ray, light: lamp::Lamp, t: f32, some: u32) -> vec4<f32> {
     let along = view_sums(ray, t, some);
-    let way = gaussians::way_between(ray.offset + t * ray.direction, light.position.xyz);
+    let way = gaussians::way_between(ray.offset + t * ray.direction, light.position);
     var depth = 0.0;
-    for (var at = 0u; at < frame.counts.z; at++) {
+    for (var at = 0u; at < frame.blobs; at++) {
         if ((some >> (at % 32u)) & 1u) == 1u {
             depth += gaussians::depth_on(way, blobs[at]);
         }
     }
-    return vec3<f32>(along, depth);
+    return vec4<f32>(along, depth);
 }
 
-fn fields_of(sums: vec3<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
-    let distance_m = distance(ray.offset + t * ray.direction, light.position.xyz);
+fn fields_of(sums: vec4<f32>, ray: view::Ray, light: lamp::Lamp, t: f32) -> mapped::Fields {
+    let distance_m = distance(ray.offset + t * ray.direction, light.position);
     return mapped::fields(sums, haze_at(ray, light, t), distance_m);
 }
 #endif
 
-/// β, T from the eye and T/d from the light of what stands in closed form.
+/// β of the group, T from the eye and T/d from the light of what stands in closed form.
 fn haze_at(ray: view::Ray, light: lamp::Lamp, t: f32) -> vec3<f32> {
     let point = ray.offset + t * ray.direction;
     return vec3<f32>(
-        haze::extinction(point),
+        haze::extinction(task.group, point),
         haze::depth(ray.offset, ray.direction, t),
-        haze::mean(point, light.position.xyz),
+        haze::mean(point, light.position),
     );
 }
 
-/// β and T from the eye.
-fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec2<f32> {
-    var sums = vec2<f32>(0.0);
-    for (var word = 0u; word < tile::words(frame.counts.z); word++) {
+/// β of the group that scatters, T from the eye, and β of all.
+fn view_sums(ray: view::Ray, t: f32, some: u32) -> vec3<f32> {
+    let group = task.group;
+    var sums = vec3<f32>(0.0);
+    for (var word = 0u; word < tile::words(frame.blobs); word++) {
         var bits = tile::kept(word) & some;
         while bits != 0u {
             let blob = blobs[word * 32u + firstTrailingBit(bits)];
             bits &= bits - 1u;
             let seen = gaussians::seen_from(blob, ray.offset);
             let line = gaussians::line_of(seen, ray.direction, t);
-            sums.x += gaussians::extinction_at_end(seen, line);
-            sums.y += gaussians::depth_of(seen, line, t);
+            let beta = gaussians::extinction_at_end(seen, line);
+            sums += vec3<f32>(
+                select(0.0, beta, blob.group == group),
+                gaussians::depth_of(seen, line, t),
+                beta,
+            );
         }
     }
     return sums;
 }
 
 fn to_light(light: lamp::Lamp, ray: view::Ray) -> lamp::ToLight {
-    return lamp::to_light(light.position.xyz - ray.offset, ray.direction);
+    return lamp::to_light(light.position - ray.offset, ray.direction);
 }

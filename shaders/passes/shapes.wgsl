@@ -15,8 +15,10 @@ struct Shape {
     first: vec4<f32>,
     /// Sphere: w power |centre|² − radius² of the camera [m²]. Box: xyz largest corner [m].
     second: vec4<f32>,
-    /// x: PLANE, SPHERE or BOX. y: place among the scene's surfaces. zw: unused.
-    kind: vec4<u32>,
+    /// PLANE, SPHERE or BOX.
+    kind: u32,
+    /// Place among the scene's surfaces.
+    surface: u32,
 }
 
 struct Corner {
@@ -37,7 +39,7 @@ const MISSED: f32 = -1.0;
 fn bound(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Corner {
     let shape = shapes[instance];
     var area = screen::whole();
-    switch shape.kind.x {
+    switch shape.kind {
         case SPHERE: { area = screen::around_ball(frame, shape.first.xyz, shape.first.w); }
         case BOX: {
             let half = 0.5 * (shape.second.xyz - shape.first.xyz);
@@ -53,20 +55,20 @@ fn meet(corner: Corner) -> surfaces::Found {
     let shape = shapes[corner.shape];
     let ray = view::ray_of(frame, vec2<u32>(corner.clip.xy));
     var distance_m = MISSED;
-    switch shape.kind.x {
+    switch shape.kind {
         case SPHERE: { distance_m = to_sphere(shape, ray); }
         case BOX: { distance_m = to_box(shape, ray); }
         default: { distance_m = to_plane(shape, ray); }
     }
-    if !(distance_m > 0.0 && distance_m < frame.forward.w) {
+    if !(distance_m > 0.0 && distance_m < frame.far_m) {
         discard;
     }
     let point = ray.offset + distance_m * ray.direction;
-    return surfaces::found(normal_at(shape, point), ray.direction, distance_m, shape.kind.y);
+    return surfaces::found(normal_at(shape, point), ray.direction, distance_m, shape.surface);
 }
 
 fn normal_at(shape: Shape, point: vec3<f32>) -> vec3<f32> {
-    switch shape.kind.x {
+    switch shape.kind {
         case SPHERE: { return point - shape.first.xyz; }
         case BOX: { return side_of_box(shape, point); }
         default: { return shape.first.xyz; }

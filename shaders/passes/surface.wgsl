@@ -18,7 +18,7 @@
 @group(0) @binding(3) var<storage, read> lamps: array<lamp::Lamp>;
 /// One more than there are surfaces: the last one is what stands where nothing is seen.
 @group(0) @binding(4) var<storage, read> materials: array<attenuated::Material>;
-/// xy: the lamps of this pass. Emission goes with the one at 0.
+/// The lamps of this pass. Emission goes with the one at 0.
 @group(0) @binding(5) var<uniform> part: view::Span;
 #ifdef BLOBS
 /// For every lamp of this pass, its optical depth to every pixel's surface; lamps outside.
@@ -43,14 +43,14 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let point = ray.offset + hit.w * ray.direction;
     let surface = min(textureLoad(surfaces, full, 0).x, arrayLength(&materials) - 1u);
     let material = materials[surface];
-    var sum = select(vec3<f32>(0.0), material.emission.rgb, part.range.x == 0u);
+    var sum = select(vec3<f32>(0.0), material.emission, part.first == 0u);
 #ifdef LOW
     let around = sparse::around(frame, pixel);
     let weights = sparse::weights(frame, hits, surfaces, around, pixel);
 #endif
-    for (var i = part.range.x; i < part.range.y; i++) {
+    for (var i = part.first; i < part.end; i++) {
         let light = lamps[i];
-        let toward = light.position.xyz - point;
+        let toward = light.position - point;
         var depth = depth_of(i, pixel, point, toward);
 #ifdef LOW
         depth += low_depth(i, around, weights);
@@ -60,12 +60,12 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
             hit.xyz,
             ray.direction,
             toward,
-            material.diffuse.w,
+            material.shininess,
             hit.w * lamp::MISS_FLOOR,
         );
-        let factor = material.diffuse.rgb * reflected.diffuse
-            + material.specular.rgb * reflected.specular;
-        sum += factor * light.intensity.rgb * through;
+        let factor = material.diffuse * reflected.diffuse
+            + material.specular * reflected.specular;
+        sum += factor * light.strength * through;
     }
     return vec4<f32>(sum, 0.0);
 }
@@ -73,8 +73,8 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 /// T(s, p) of a lamp at the pixel's surface.
 fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -> f32 {
 #ifdef BLOBS
-    let pixels = u32(frame.size.z) * u32(frame.size.w);
-    return depths[(place - part.range.x) * pixels + view::index_of(frame, pixel)];
+    let pixels = u32(frame.targets.x) * u32(frame.targets.y);
+    return depths[(place - part.first) * pixels + view::index_of(frame, pixel)];
 #else
     return haze::mean(point, point + toward) * length(toward);
 #endif
@@ -83,7 +83,7 @@ fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -
 #ifdef LOW
 fn low_depth(place: u32, around: sparse::Around, weights: vec4<f32>) -> f32 {
     let size = sparse::size_of(frame);
-    let first = (place - part.range.x) * size.x * size.y;
+    let first = (place - part.first) * size.x * size.y;
     var sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
         sum += weights[i] * low_depths[first + sparse::index_of(frame, sparse::cell(around, i))];

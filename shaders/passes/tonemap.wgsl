@@ -25,7 +25,7 @@ fn show(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let sum = textureLoad(sums, vec2<u32>(at.xy), 0);
     let mean = sum.rgb / sum.w;
 #ifdef SCREEN
-    let shown = on_screen(mean * frame.optics.w);
+    let shown = on_screen(mean * frame.exposure);
     return vec4<f32>(floor(shown * 255.0 + threshold(vec2<u32>(at.xy))) / 255.0, 1.0);
 #else
     return vec4<f32>(mean, 1.0);

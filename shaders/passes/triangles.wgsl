@@ -11,24 +11,26 @@
 
 /// A triangle, relative to the anchor.
 struct Triangle {
-    /// xyz: first corner [m]. w: bits of its place among the scene's surfaces.
-    a: vec4<f32>,
-    /// xyz: second corner [m]. w: bits of the place of its corner normals, or of FLAT.
-    b: vec4<f32>,
-    /// xyz: third corner [m]. w: unused.
-    c: vec4<f32>,
+    /// Its corners [m].
+    a: vec3<f32>,
+    /// Its place among the scene's surfaces.
+    surface: u32,
+    b: vec3<f32>,
+    /// The place of its corner normals, or FLAT.
+    normals: u32,
+    c: vec3<f32>,
 }
 
 /// Unit normals at a triangle's corners.
 struct Smooth {
-    a: vec4<f32>,
-    b: vec4<f32>,
-    c: vec4<f32>,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
 }
 
 struct Anchor {
-    /// xyz: the anchor, from the camera [m]. w: unused.
-    shift: vec4<f32>,
+    /// The anchor, from the camera [m].
+    shift: vec3<f32>,
 }
 
 struct Corner {
@@ -47,52 +49,52 @@ const FLAT: u32 = 0xffffffffu;
 @vertex
 fn project(@builtin(vertex_index) index: u32) -> Corner {
     let triangle = triangles[index / 3u];
-    var point = triangle.a.xyz;
+    var point = triangle.a;
     switch index % 3u {
-        case 1u: { point = triangle.b.xyz; }
-        case 2u: { point = triangle.c.xyz; }
+        case 1u: { point = triangle.b; }
+        case 2u: { point = triangle.c; }
         default: {}
     }
-    let at = view::picture_place(frame, point + anchor.shift.xyz);
+    let at = view::picture_place(frame, point + anchor.shift);
     if view::is_parallel(frame) {
         return Corner(vec4<f32>(view::target_place(frame, at.xy, 1.0), 0.5, 1.0), index / 3u);
     }
     let place = view::target_place(frame, at.xy, at.z);
-    return Corner(vec4<f32>(place, frame.optics.y, at.z), index / 3u);
+    return Corner(vec4<f32>(place, frame.cut_off_m, at.z), index / 3u);
 }
 
 @fragment
 fn meet(corner: Corner) -> surfaces::Found {
     let triangle = triangles[corner.triangle];
     let ray = view::ray_of(frame, vec2<u32>(corner.clip.xy));
-    let shift = anchor.shift.xyz - ray.offset;
+    let shift = anchor.shift - ray.offset;
     let sides = mat3x3<f32>(
-        triangle.c.xyz - triangle.b.xyz,
-        triangle.a.xyz - triangle.c.xyz,
-        triangle.b.xyz - triangle.a.xyz,
+        triangle.c - triangle.b,
+        triangle.a - triangle.c,
+        triangle.b - triangle.a,
     );
     let corners = mat3x3<f32>(
-        triangle.a.xyz + shift,
-        triangle.b.xyz + shift,
-        triangle.c.xyz + shift,
+        triangle.a + shift,
+        triangle.b + shift,
+        triangle.c + shift,
     );
     let face = cross(sides[2], -sides[1]);
     let distance_m = distance_to(corners, face, ray.direction);
-    if !(distance_m > 0.0 && distance_m < frame.forward.w) {
+    if !(distance_m > 0.0 && distance_m < frame.far_m) {
         discard;
     }
     var normal = face;
-    let place = bitcast<u32>(triangle.b.w);
+    let place = triangle.normals;
     if place != FLAT {
         normal = smooth_normal(smooth_normals[place], corners, sides, face, ray.direction);
     }
-    return surfaces::found(normal, ray.direction, distance_m, bitcast<u32>(triangle.a.w));
+    return surfaces::found(normal, ray.direction, distance_m, triangle.surface);
 }
 
 /// Where the ray meets the triangle's plane, kept between its nearest and farthest corner: along an
 /// edge the rasteriser also covers rays that pass it by a hair.
 fn distance_to(corners: mat3x3<f32>, face: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let forward = frame.forward.xyz;
+    let forward = frame.forward;
     let depths = vec3<f32>(
         dot(corners[0], forward),
         dot(corners[1], forward),
@@ -123,8 +125,8 @@ fn smooth_normal(
     let sum = volumes.x + volumes.y + volumes.z;
     let weights = max(volumes * sign(sum), vec3<f32>(0.0));
     let total = max(weights.x + weights.y + weights.z, 1e-37);
-    let mean = (weights.x * normals.a.xyz + weights.y * normals.b.xyz
-        + weights.z * normals.c.xyz) / total;
+    let mean = (weights.x * normals.a + weights.y * normals.b
+        + weights.z * normals.c) / total;
     // A smooth normal on the far side of its face would light the wrong side.
     let facing = dot(face, direction) < 0.0;
     return select(mean, -mean, (dot(mean, direction) < 0.0) != facing);

@@ -10,12 +10,14 @@
 
 /// A material as the host writes it.
 struct Material {
-    /// rgb: diffuse albedo ρ. w: exponent n of the lobe.
-    diffuse: vec4<f32>,
-    /// rgb: strength of the lobe k_s. w: unused.
-    specular: vec4<f32>,
-    /// rgb: radiance sent out by itself [W/(m² sr)]. w: unused.
-    emission: vec4<f32>,
+    /// Diffuse albedo ρ, rgb.
+    diffuse: vec3<f32>,
+    /// Exponent n of the lobe.
+    shininess: f32,
+    /// Strength of the lobe k_s, rgb.
+    specular: vec3<f32>,
+    /// Radiance sent out by itself, rgb [W/(m² sr)].
+    emission: vec3<f32>,
 }
 
 /// What a light contributes per unit of e^(−T)·I₀ [1/m²].

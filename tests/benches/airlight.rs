@@ -10,7 +10,7 @@
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::{BenchmarkGroup, Criterion, measurement::WallTime};
-use fogbank_core::airlight::{Estimator, march};
+use fogbank_core::airlight::march;
 use fogbank_core::geometry::Ray;
 use fogbank_core::media::Field;
 use fogbank_core::request::{Layer, ProbeRay, Quality, View};
@@ -70,7 +70,7 @@ impl Case {
         let mut exact = json.clone();
         exact["fog"]["airlight"] = "reference".into();
         let exact = scene(&exact);
-        let blobs = Field::new(&exact.fog.terms).lumps();
+        let blobs = Field::new(&exact.fog.terms, 0).lumps();
         let (width, height) = SIZE;
         let all = pixel_rays(&exact, width, height);
         let mut random = Random(5);
@@ -145,15 +145,15 @@ impl Case {
 
     /// Radiance along the rays by marching.
     fn marched(&self, steps: u32) -> Vec<f64> {
-        let field = Field::new(&self.scene.fog.terms);
+        let field = Field::new(&self.scene.fog.terms, 0);
         let phase = self.scene.fog.phase.function();
         let albedo = self.scene.fog.albedo.vector();
         let along = |(ray, end): (&ProbeRay, &f64)| {
             let lamps = self.scene.lights().map(|(_, lamp)| {
-                let light = lamp.position.vector();
+                let light = lamp.source();
                 let ProbeRay { origin, direction, .. } = *ray;
                 march::airlight(&field, phase, light, Ray { origin, direction }, *end, steps)
-                    * lamp.intensity.vector()
+                    * lamp.strength()
                     * albedo
             });
             luminance(lamps.sum::<glam::DVec3>().to_array())
@@ -183,7 +183,7 @@ const PICTURES: [(&str, Airlight, Quality); 3] = [
 ];
 
 fn picture(airlight: Airlight, quality: Quality) -> View {
-    let estimator = Some(Estimator::Scene(airlight));
+    let estimator = Some(airlight.into());
     View { estimator, for_screen: true, ..view(SIZE.0, SIZE.1, Layer::Airlight, quality) }
 }
 

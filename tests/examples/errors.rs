@@ -1,12 +1,12 @@
-//! Prints the table of `core/src/airlight/errors.rs`, measured now.
+//! Prints the errors that the estimators state of themselves, measured now.
 
-use fogbank_core::airlight::errors::MEASURED;
-use fogbank_tests::errors::measure;
+use fogbank_core::airlight::Airlight;
+use fogbank_tests::errors::{measure, stated};
 
 fn main() {
-    for stated in MEASURED {
-        let [median, p95, max] = measure(stated.airlight).map(rounded_up);
-        println!("{:?}: [{median:.1e}, {p95:.1e}, {max:.1e}]", stated.airlight);
+    for airlight in Airlight::ALL.iter().filter(|airlight| stated(**airlight).is_some()) {
+        let [median, p95, max] = measure(*airlight).map(rounded_up);
+        println!("{airlight:?}: [{median:.1e}, {p95:.1e}, {max:.1e}]");
     }
 }
 

@@ -2,7 +2,6 @@
 //! published airlight fails, by that method, by `auto` and by `reference`.
 //! `cargo run --release -p fogbank-tests --example figure7 -- docs/failures.jpg`
 
-use fogbank_core::airlight::Estimator;
 use fogbank_core::image::{Format, encode};
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::Airlight;
@@ -31,7 +30,7 @@ fn main() {
 }
 
 fn picture(json: &Value, airlight: Airlight, exposure_ev: f64) -> RgbImage {
-    let estimator = Some(Estimator::Scene(airlight));
+    let estimator = Some(airlight.into());
     let view = view(WIDTH, HEIGHT, Layer::Beauty, Quality::Full);
     let view = View { estimator, for_screen: true, exposure_ev, ..view };
     let png = encode(&render(&scene(json), &view), &view, Format::Png).expect("a picture");

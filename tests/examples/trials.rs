@@ -1,7 +1,6 @@
 //! Prints the errors of the published airlight and of `auto` on the hard scenes as a table in
 //! Markdown: `cargo run --release -p fogbank-tests --example trials`.
 
-use fogbank_core::airlight::refusal;
 use fogbank_core::scene::{Airlight, Fog, read};
 use fogbank_tests::trials::{Errors, Trial, Use, all};
 
@@ -27,7 +26,7 @@ fn main() {
 fn is_taken(trial: &Trial) -> bool {
     let text = trial.scene["fog"].to_string();
     let Ok(fog) = read::<Fog>(text.as_bytes()) else { return false };
-    refusal(&fog.terms, &fog.phase, Airlight::Fogshop2007).is_none()
+    fog.refusal(Airlight::Fogshop2007).is_none()
 }
 
 fn published(trial: &Trial) -> String {

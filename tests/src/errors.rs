@@ -1,14 +1,16 @@
 //! Measures how far the estimators are from the truth, on fixed scenes: what
-//! `fogbank_core::airlight::errors` states.
+//! is said about them.
 
 use crate::quadrature::integrate;
 use crate::scenes::{Random, homogeneous};
+use fogbank_core::airlight::about::{Exactness, MeasuredError};
 use fogbank_core::airlight::reference;
-use fogbank_core::compare::{self, CompareRequest, ComparedAirlight, Side};
+use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::geometry::Ray;
+use fogbank_core::light::{Source, point::Place};
 use fogbank_core::media::Field;
 use fogbank_core::phase::PhaseFunction;
-use fogbank_core::scene::{Airlight, Fog, Scene, Term, read};
+use fogbank_core::scene::{Airlight, Fog, Scene, read};
 use fogbank_core::{Progress, Renderer, presets};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -16,33 +18,31 @@ use serde_json::{Value, json};
 /// Random scenes beside the presets.
 const ROUNDS: u64 = 24;
 
+/// What an estimator states of itself, if it states numbers.
+pub fn stated(airlight: Airlight) -> Option<[f64; 3]> {
+    match airlight.about().error {
+        Exactness::Words(_) => None,
+        Exactness::Measured(MeasuredError { median, p95, max, .. }) => Some([median, p95, max]),
+    }
+}
+
 /// Median, 95th percentile and largest relative error of an estimator.
 pub fn measure(airlight: Airlight) -> [f64; 3] {
     let mut errors = match airlight {
         Airlight::Reference => of_the_reference(),
-        Airlight::None => vec![1.0],
-        Airlight::Auto => of_pictures(ComparedAirlight::Auto, |_| true),
-        Airlight::Sun2005 => of_pictures(ComparedAirlight::Sun2005, is_homogeneous),
-        Airlight::Fogshop2007 => of_pictures(ComparedAirlight::Fogshop2007, is_isotropic),
+        _ => of_pictures(airlight),
     };
     errors.sort_by(f64::total_cmp);
     let at = |q: f64| errors[(q * (errors.len() - 1) as f64).round() as usize];
     [at(0.5), at(0.95), at(1.0)]
 }
 
-fn is_isotropic(scene: &Scene) -> bool {
-    scene.fog.phase.function().is_isotropic()
-}
-
-fn is_homogeneous(scene: &Scene) -> bool {
-    is_isotropic(scene) && scene.fog.terms.iter().map(Term::blobs).sum::<usize>() == 0
-}
-
-/// Every pixel of small pictures of the scenes, against the reference.
-fn of_pictures(airlight: ComparedAirlight, takes: impl Fn(&Scene) -> bool) -> Vec<f64> {
+/// Every pixel of small pictures of the scenes that it takes, against the reference.
+fn of_pictures(airlight: Airlight) -> Vec<f64> {
     let renderer = Renderer::default();
+    let takes = |scene: &Scene| scene.fog.refusal(airlight).is_none();
     let errors = scenes().into_iter().filter(takes).flat_map(|scene| {
-        let a = Side { airlight, steps: None };
+        let a = Side { airlight: airlight.into(), steps: None };
         let request = CompareRequest { scene, width: 16, height: 12, a, b: Side::reference() };
         let (scene, pair) = request.check().expect("a valid comparison");
         let compared = compare::run(&renderer, &scene, &pair, &Progress::default());
@@ -90,7 +90,7 @@ fn of_the_reference() -> Vec<f64> {
         let mut random = Random(round);
         let terms = json!({ "terms": terms(&mut random, round) });
         let fog: Fog = read(terms.to_string().as_bytes()).expect("a fog");
-        let field = Field::new(&fog.terms);
+        let field = Field::new(&fog.terms, 0);
         for g in [0.0, 0.5, -0.5, 0.99] {
             let phase = PhaseFunction { g };
             errors.extend((0..RAYS / 4).map(|_| {
@@ -119,6 +119,7 @@ fn error_of_the_reference(
     };
     let angle = |t: f64| ((t - closest) / miss).atan();
     let sum = integrate(angle(0.0), angle(length), &glow);
-    let exact = reference::airlight(field, phase, light, Ray { origin: from, direction }, length);
+    let source = Source::Point(Place(light));
+    let exact = reference::airlight(field, phase, source, Ray { origin: from, direction }, length);
     (exact / sum - 1.0).abs()
 }

@@ -64,6 +64,8 @@ impl Field {
     /// Values that differ from the one at hand; not each of them need be valid.
     pub fn others(&self, value: &Value) -> Vec<Value> {
         match &self.change {
+            // The same quantity may also be a row of numbers.
+            Change::Number if !value.is_number() => vec![],
             Change::Number if value.is_u64() => {
                 let whole = value.as_u64().expect("a whole number");
                 vec![json!(whole + 1), json!(whole.wrapping_sub(1))]
@@ -121,6 +123,10 @@ fn visit(schema: &Value, path: &str, fields: &mut Vec<Field>) {
     }
     if let Some(variants) = schema["oneOf"].as_array() {
         return visit_union(variants, path, fields);
+    }
+    if let Some(variants) = schema["anyOf"].as_array() {
+        let named = variants.iter().filter(|variant| variant["type"] != "null");
+        return named.for_each(|variant| visit(variant, path, fields));
     }
     let mut leaf = |change| fields.push(Field { path: path.to_owned(), change });
     match type_of(schema) {

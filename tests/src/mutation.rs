@@ -82,7 +82,11 @@ impl<'a> Walk<'a> {
     fn visit(&mut self, schema: &'a Value, at_hand: Option<&Value>, pointer: &str, frame: Frame) {
         let (outer, schema) = (schema, self.resolve(schema));
         if let Some(variants) = schema["oneOf"].as_array() {
+            self.types(&[type_of_union(variants)], pointer, frame);
             return self.union(variants, pointer, frame);
+        }
+        if let Some(variants) = schema["anyOf"].as_array() {
+            return self.any_of(variants, pointer, frame);
         }
         let types: Vec<_> = match &schema["type"] {
             Value::String(one) => vec![one.as_str()],
@@ -95,8 +99,37 @@ impl<'a> Walk<'a> {
         if let Some(excluded) = outer.pointer("/not/const") {
             self.wrong(pointer, frame, &excluded.to_string());
         }
-        match types[0] {
-            "number" | "integer" => self.number(schema, types[0] == "integer", pointer, frame),
+        self.typed(types[0], schema, at_hand, pointer, frame);
+    }
+
+    /// A value of one of several types.
+    fn any_of(&mut self, variants: &'a [Value], pointer: &str, frame: Frame) {
+        let variants: Vec<_> = variants.iter().map(|variant| self.resolve(variant)).collect();
+        let type_of = |schema: &&'a Value| match schema["oneOf"].as_array() {
+            Some(variants) => type_of_union(variants),
+            None => schema["type"].as_str().expect("a type"),
+        };
+        let types: Vec<_> = variants.iter().map(type_of).collect();
+        self.types(&types, pointer, frame);
+        for (schema, name) in variants.iter().zip(types) {
+            match schema["oneOf"].as_array() {
+                Some(variants) => self.union(variants, pointer, frame),
+                None => self.typed(name, schema, schema.get("default"), pointer, frame),
+            }
+        }
+    }
+
+    /// What a value of a type may be.
+    fn typed(
+        &mut self,
+        name: &str,
+        schema: &'a Value,
+        at_hand: Option<&Value>,
+        pointer: &str,
+        frame: Frame,
+    ) {
+        match name {
+            "number" | "integer" => self.number(schema, name == "integer", pointer, frame),
             "string" => self.string(schema, pointer, frame),
             "array" => self.array(schema, at_hand, pointer, frame),
             "object" => self.object(schema, pointer, frame),
@@ -226,15 +259,13 @@ impl<'a> Walk<'a> {
     }
 
     fn union(&mut self, variants: &'a [Value], pointer: &str, frame: Frame) {
-        if variants.iter().all(|variant| variant["const"].is_string()) {
-            self.types(&["string"], pointer, frame);
+        if type_of_union(variants) == "string" {
             self.wrong(pointer, frame, "\"fog\"");
             for variant in variants {
                 self.case(false, pointer, frame, &variant["const"].to_string());
             }
             return;
         }
-        self.types(&["object"], pointer, frame);
         self.wrong(pointer, frame, "{}");
         let kind = |value| frame(json!({ "kind": value }));
         self.types(&["string"], &format!("{pointer}/kind"), &kind);
@@ -251,7 +282,7 @@ impl<'a> Walk<'a> {
         if let Some(default) = default {
             return default.clone();
         }
-        if let Some(variants) = schema["oneOf"].as_array() {
+        if let Some(variants) = schema["oneOf"].as_array().or(schema["anyOf"].as_array()) {
             return self.sample(&variants[0]);
         }
         match schema["type"].as_str() {
@@ -273,6 +304,11 @@ impl<'a> Walk<'a> {
             _ => panic!("no sample of {schema}"),
         }
     }
+}
+
+/// What its variants are.
+fn type_of_union(variants: &[Value]) -> &'static str {
+    if variants.iter().all(|variant| variant["const"].is_string()) { "string" } else { "object" }
 }
 
 /// Lists that must fit together.

@@ -145,7 +145,7 @@ fn near_lamps(
     let mut near = Vec::new();
     for (_, light) in scene.lights() {
         let image = |ray: usize| {
-            let to: DVec3 = light.position.vector() - rays[ray].origin;
+            let to: DVec3 = light.source().apex() - rays[ray].origin;
             to.normalize().dot(rays[ray].direction)
         };
         let closest = (0..rays.len()).max_by(|a, b| image(*a).total_cmp(&image(*b))).unwrap_or(0);
@@ -168,7 +168,39 @@ fn near_lamps(
 
 /// All lists.
 pub fn all() -> Vec<Trial> {
-    exact().into_iter().chain(hard()).chain(layered()).collect()
+    exact().into_iter().chain(hard()).chain(layered()).chain(smoke()).collect()
+}
+
+/// Fog whose terms scatter in ways of their own: smoke of two colours and two phases between two lamps,
+/// grey, and of another extinction in each channel.
+pub fn smoke() -> Vec<Trial> {
+    let blob = |at: [f64; 3], radius: f64, extinction: Value| json!({ "center": at, "radius": radius, "extinction": extinction });
+    let scene = |haze: Value, first: Value| {
+        let red = json!({ "kind": "gaussians", "albedo": [0.9, 0.3, 0.2],
+            "phase": { "kind": "henyey_greenstein", "g": 0.6 },
+            "blobs": [blob([-2.0, 1.0, 0.0], 1.1, first), blob([-1.2, 1.8, -1.0], 0.8, json!(0.6))] });
+        let blue = json!({ "kind": "gaussians", "albedo": [0.2, 0.4, 0.9],
+            "blobs": [blob([1.6, 1.4, -1.5], 1.2, json!(0.9)), blob([0.4, 0.7, 1.0], 0.6, json!(0.7))] });
+        json!({
+            "camera": camera([0.0, 1.7, 8.0], [0.0, 1.2, 0.0]),
+            "surfaces": [{ "shape": { "kind": "plane" } },
+                { "shape": { "kind": "sphere", "center": [1.2, 0.8, 0], "radius": 0.8 } }],
+            "lights": [lamp([-0.5, 2.6, 1.0], [40.0, 34.0, 24.0]), lamp([3.0, 3.0, -2.0], [10.0, 20.0, 30.0])],
+            "fog": { "terms": [{ "kind": "homogeneous", "extinction": haze }, red, blue] },
+            "far_m": 60 })
+    };
+    vec![
+        Trial::new(
+            "smoke",
+            "smoke of two colours and phases in haze",
+            scene(json!(0.02), json!(0.8)),
+        ),
+        Trial::new(
+            "coloured-smoke",
+            "the same, of a coloured extinction",
+            scene(json!([0.01, 0.02, 0.04]), json!([0.2, 0.5, 1.2])),
+        ),
+    ]
 }
 
 /// Six scenes of fog that changes with height.

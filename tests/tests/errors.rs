@@ -1,12 +1,10 @@
 //! The stated errors of the estimators are those that are measured.
 
-use fogbank_core::airlight::errors::MEASURED;
 use fogbank_core::scene::Airlight;
-use fogbank_tests::errors::measure;
+use fogbank_tests::errors::{measure, stated};
 
 fn check(airlight: Airlight) {
-    let stated = MEASURED.iter().find(|row| row.airlight == airlight).expect("a row");
-    let stated = [stated.median, stated.p95, stated.max];
+    let stated = stated(airlight).expect("numbers");
     let measured = measure(airlight);
     // Rounding, of f32 in pictures and of f64 along rays: every machine does it in its own way.
     let rounding = if airlight == Airlight::Reference { 1e-12 } else { 1e-6 };

@@ -1,7 +1,7 @@
 //! Whatever the documented ranges allow is answered by numbers: none of them infinite, no fog that
 //! gives light or takes less than none of it.
 
-use fogbank_core::airlight::Estimator;
+use fogbank_core::airlight::Method;
 use fogbank_core::probe::RayAnswer;
 use fogbank_core::request::{Layer, ProbeRequest, Quality, View};
 use fogbank_core::scene::{CheckedScene, Rgb, Scene, read};
@@ -36,9 +36,13 @@ fn is_light(Rgb(rgb): Rgb) -> bool {
 fn fault(answer: &RayAnswer) -> Option<&'static str> {
     let hit = answer.hit.as_ref();
     let lengths = |values: [f64; 3]| values.into_iter().all(f64::is_finite);
-    let through = answer.transmittance;
+    let through = answer.transmittance.channels()[0];
     let checks = [
-        ("optical depth", answer.optical_depth.is_finite() && answer.optical_depth >= 0.0),
+        (
+            "optical depth",
+            answer.optical_depth.channels()[0].is_finite()
+                && answer.optical_depth.channels()[0] >= 0.0,
+        ),
         ("transmittance", (0.0..=1.0).contains(&through)),
         ("airlight", is_light(answer.airlight)),
         ("airlight by light", answer.airlight_by_light.iter().all(|v| is_light(*v))),
@@ -85,7 +89,7 @@ fn pictures_hold_numbers() {
         for layer in Layer::ALL {
             for quality in [Quality::Full, Quality::Draft] {
                 let own = View { samples: Some(4), ..view(7, 5, layer, quality) };
-                let marched = View { estimator: Some(Estimator::March(3)), ..own };
+                let marched = View { estimator: Some(Method::March(3)), ..own };
                 let shows_airlight = matches!(layer, Layer::Beauty | Layer::Airlight);
                 for view in [own, marched].into_iter().take(1 + usize::from(shows_airlight)) {
                     let frame = renderer.render(&scene, &view, &Progress::default());

@@ -20,8 +20,9 @@ use std::io::Cursor;
 
 fn frame(layer: Layer, width: usize, pixels: Vec<f32>) -> Frame {
     Frame {
+        channels: layer.channels(1),
         width,
-        height: pixels.len() / layer.channels() / width,
+        height: pixels.len() / layer.channels(1) / width,
         layer,
         camera: Camera::default(),
         pixels,
@@ -95,7 +96,7 @@ fn exr_files_name_their_channels() {
         // Smooth and noisy blocks, the last one not full; a noisy block is stored as it is.
         let noise = |n: usize| f32::from_bits((n as u32).wrapping_mul(0x9e37_79b9) >> 2);
         let number = |n: usize| if n < 1000 { 0.01 * n as f32 } else { noise(n) };
-        let pixels: Vec<f32> = (0..23 * 37 * layer.channels()).map(number).collect();
+        let pixels: Vec<f32> = (0..23 * 37 * layer.channels(1)).map(number).collect();
         let frame = frame(layer, 23, pixels);
         let file = file(&frame, Format::Exr);
         let header = header(&file);
@@ -167,7 +168,7 @@ const ROWS: usize = 16;
 
 /// The same in all rows, as many times as the layer has channels.
 fn ramp(layer: Layer, value: impl Fn(usize) -> f32) -> Frame {
-    let row = (0..WIDTH).flat_map(|x| vec![value(x); layer.channels()]);
+    let row = (0..WIDTH).flat_map(|x| vec![value(x); layer.channels(1)]);
     frame(layer, WIDTH, row.collect::<Vec<_>>().repeat(ROWS))
 }
 

@@ -1,7 +1,7 @@
 //! Any job, on the largest scenes that are accepted, ends soon after its time is over: it would hold
 //! the only worker otherwise.
 
-use fogbank_core::airlight::Estimator;
+use fogbank_core::airlight::Method;
 use fogbank_core::compare::{self, CompareRequest};
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::limits::COUNTS;
@@ -38,7 +38,7 @@ fn fog(airlight: Airlight, blobs: usize, radius: [f64; 2], extinction: f64) -> F
     let mut blob = || Blob {
         center: Vec3(random.point(4.0).to_array()),
         radius: random.decades(radius[0], radius[1]),
-        extinction,
+        extinction: extinction.into(),
     };
     let blobs = (0..blobs).map(|_| blob()).collect();
     let term = Term::Gaussians(Gaussians { blobs, ..Gaussians::default() });
@@ -125,7 +125,7 @@ fn depths_and_surfaces() {
 #[test]
 fn single_rays_of_the_reference_and_of_marching() {
     let thick = everywhere(Airlight::Auto, 1);
-    for estimator in [Estimator::Scene(Airlight::Reference), Estimator::March(4096)] {
+    for estimator in [Method::Reference, Method::March(4096)] {
         let view =
             View { estimator: Some(estimator), ..view(4, 4, Layer::Airlight, Quality::Full) };
         let job =

@@ -10,6 +10,7 @@
 
 use fogbank_core::airlight::{march, reference, sun2005};
 use fogbank_core::geometry::Ray;
+use fogbank_core::light::{Source, point::Place};
 use fogbank_core::media::Field;
 use fogbank_core::phase::PhaseFunction;
 use fogbank_core::request::{Layer, ProbeRay, Quality};
@@ -31,7 +32,7 @@ const ROUNDING: f64 = 1e-10;
 
 fn field(terms: &[Value]) -> Field {
     let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
-    Field::new(&fog.terms)
+    Field::new(&fog.terms, 0)
 }
 
 /// Terms of both media and of their sum, in turn.
@@ -56,6 +57,11 @@ fn layers(random: &mut Random) -> Vec<Value> {
     let exponential = json!({ "kind": "exponential", "base_m": base, "falloff_per_m": falloff });
     let layer = |random: &mut Random, vertical: Value| json!({ "kind": "homogeneous", "extinction": random.decades(1e-3, 3.0), "vertical": vertical });
     vec![layer(random, slab), layer(random, exponential)]
+}
+
+/// A point lamp there.
+fn lamp(at: DVec3) -> Source {
+    Source::Point(Place(at))
 }
 
 /// Heights at which fog jumps or kinks.
@@ -419,7 +425,7 @@ fn airlight_stays_below_what_no_fog_attenuates() {
         scene["fog"]["albedo"] = json!([1, 1, 1]);
         scene["lights"] = json!([{ "kind": "point", "position": random.point(6.0).to_array(),
                                    "intensity": [1, 1, 1] }]);
-        let light = crate::scene(scene).lights().next().unwrap().1.position.vector();
+        let light = crate::scene(scene).lights().next().unwrap().1.source().apex();
         let rays = rays(random);
         for (airlight, ray) in airlights(scene, &rays).iter().zip(&rays) {
             let closest = (light - ray.origin).dot(ray.direction);
@@ -476,11 +482,15 @@ fn sun_is_the_integral_at_every_angle() {
                 let exact = reference::airlight(
                     &fog,
                     PhaseFunction::ISOTROPIC,
-                    light,
+                    lamp(light),
                     Ray { origin: DVec3::ZERO, direction: DVec3::Z },
                     length,
                 );
-                let closed = sun2005::airlight(beta, light.into(), DVec3::Z.into(), length);
+                let closed = sun2005::airlight(
+                    beta,
+                    lamp(light).beside(DVec3::ZERO.into(), DVec3::Z.into()),
+                    length,
+                );
                 let error = (closed / exact - 1.0).abs();
                 assert!(
                     error <= 1e-3,
@@ -516,7 +526,7 @@ fn reference_is_the_integral_for_every_phase_function() {
             let ends = [angle(0.0), angle(length)];
             let sum = integrate_between_edges(terms, height, ends, &glow);
             let ray = Ray { origin: from, direction };
-            let exact = reference::airlight(fog, phase, light, ray, length);
+            let exact = reference::airlight(fog, phase, lamp(light), ray, length);
             assert_close(&format!("g = {g}"), exact, sum, 1e-9, 1e-30);
         }
     });
@@ -537,8 +547,8 @@ fn marching_comes_to_the_reference_step_by_step() {
         checked += 1;
         let phase = PhaseFunction { g: 0.4 };
         let ray = Ray { origin: from, direction };
-        let exact = reference::airlight(fog, phase, light, ray, length);
-        let march = |steps| march::airlight(fog, phase, light, ray, length, steps);
+        let exact = reference::airlight(fog, phase, lamp(light), ray, length);
+        let march = |steps| march::airlight(fog, phase, lamp(light), ray, length, steps);
         let error = |steps| (march(steps) - exact).abs();
         let betas = (0..=1000).map(|i| fog.beta(from + length * f64::from(i) / 1e3 * direction));
         let peak = betas.fold(0.0, f64::max);
@@ -599,7 +609,7 @@ fn exact(scene: &CheckedScene, rays: &[ProbeRay]) -> Vec<[[f64; 3]; 5]> {
     let values = |answer: fogbank_core::probe::RayAnswer| {
         let surface = answer.hit.as_ref().map_or(scene.background.0, |h| h.surface_radiance.0);
         let depth = answer.hit.as_ref().map_or(scene.far_m, |hit| hit.distance_m);
-        [[answer.optical_depth; 3], answer.airlight.0, surface, [depth; 3], answer.radiance.0]
+        [answer.optical_depth.channels(), answer.airlight.0, surface, [depth; 3], answer.radiance.0]
     };
     probe(scene, rays).into_iter().map(values).collect()
 }
@@ -640,7 +650,7 @@ fn compare_airlight(name: &str, json: &Value, size: (u32, u32), estimate: f64) {
         let shows_airlight = matches!(layer, Layer::Airlight | Layer::Beauty);
         let relative = if shows_airlight { relative.max(estimate) } else { relative };
         let frame = render(&scene, &view(size.0, size.1, layer, Quality::Full));
-        let channels = layer.channels();
+        let channels = layer.channels(1);
         let colour = channels == 3;
         let most = exact_values.iter().flat_map(|v| v[l]).fold(0.0, f64::max);
         // Below 1e-30 an f32 exponential has flushed what f64 still carries.

@@ -80,13 +80,24 @@ fn stages() -> Vec<Value> {
     even["fog"]["airlight"] = json!("none");
     even["fog"]["surface_lighting"] = json!("attenuated");
     let (mut slab, mut thinning) = (stage(), stage());
+    for term in 0..2 {
+        slab["fog"]["terms"][term]["phase"] = json!({ "kind": "isotropic" });
+    }
     slab["fog"]["terms"][0]["vertical"] = json!({ "kind": "slab", "min_m": -0.5, "max_m": 1.5 });
     thinning["fog"]["terms"][0]["vertical"] = json!({ "kind": "exponential", "base_m": 0.5 });
+    let own = |g: f64| json!({ "kind": "henyey_greenstein", "g": g });
+    let mut smoke = stage();
+    for (term, albedo) in [(0, [0.9, 0.5, 0.2]), (1, [0.3, 0.5, 0.8])] {
+        smoke["fog"]["terms"][term]["albedo"] = json!(albedo);
+        smoke["fog"]["terms"][term]["phase"] = own(0.5);
+    }
+    smoke["fog"]["terms"][0]["extinction"] = json!([0.02, 0.03, 0.05]);
+    smoke["fog"]["terms"][1]["blobs"][0]["extinction"] = json!([0.3, 0.4, 0.6]);
     let complete = |scene: Value| {
         let scene: Scene = read(scene.to_string().as_bytes()).expect("a scene");
         serde_json::to_value(scene).unwrap()
     };
-    [near, parallel, even, slab, thinning].map(complete).into()
+    [near, parallel, even, slab, thinning, smoke].map(complete).into()
 }
 
 /// Sets what a pointer names, making the last member where there is none.
@@ -393,6 +404,7 @@ fn tonemapped(values: &[f32], tonemap: Tonemap, exposure_ev: f64) -> Vec<f64> {
     let frame = Frame {
         width,
         height: SIDE,
+        channels: 3,
         layer: Layer::Beauty,
         camera: Camera::default(),
         pixels: row.repeat(SIDE),

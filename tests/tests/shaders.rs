@@ -66,7 +66,7 @@ fn picture(renderer: &Renderer, scene: &Value, size: (u32, u32), layer: Layer) -
     let (scene, view) = checked(scene, size, layer);
     let frame = renderer.render(&scene, &view, &Progress::default()).expect("not interrupted");
     assert_eq!(frame.backend, "gpu");
-    frame.pixels.iter().step_by(layer.channels()).map(|value| f64::from(*value)).collect()
+    frame.pixels.iter().step_by(layer.channels(1)).map(|value| f64::from(*value)).collect()
 }
 
 /// The value of a picture of one pixel that looks along a ray.
@@ -86,7 +86,10 @@ fn exact(scene: &Value, rays: &[Value]) -> Vec<(f64, f64)> {
     let (scene, rays) = request.check().expect("a valid probe");
     let answers = Renderer::default().probe(&scene, &rays, &Progress::default());
     let answers = answers.expect("not interrupted");
-    answers.iter().map(|answer| (answer.optical_depth, answer.airlight.0[0])).collect()
+    answers
+        .iter()
+        .map(|answer| (answer.optical_depth.channels()[0], answer.airlight.0[0]))
+        .collect()
 }
 
 fn off(value: f64, exact: f64, least: f64) -> f64 {

@@ -146,7 +146,7 @@ async function controls() {
   });
   await holds("extinction and visibility convert into each other, and only one is sent", async () => {
     const before = await pixels();
-    const choose = (from, to) => toFull(() => at(`/scene/fog/terms/0/${from}`, "select").selectOption(to));
+    const choose = (from, to) => toFull(() => at(`/scene/fog/terms/0/${from}`, "select.alternatives").selectOption(to));
     const term = async () => (await scene()).fog.terms[0];
     await choose("extinction", "visibility_m");
     assert.equal((await term()).extinction, undefined);
@@ -163,10 +163,27 @@ async function controls() {
     await load({ ...SIMPLE, fog: { terms: [{ kind: "homogeneous" }] } });
     await reveal("/scene/fog/terms/0/extinction");
     assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.02");
-    await toFull(() => at("/scene/fog/terms/0/extinction", "select").selectOption("visibility_m"));
+    await toFull(() => at("/scene/fog/terms/0/extinction", "select.alternatives").selectOption("visibility_m"));
     isNear((await scene()).fog.terms[0].visibility_m, -Math.log(0.05) / 0.02);
     await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "terms", 0], { kind: "homogeneous", extinction: 0.3 })));
     assert.equal(await at("/scene/fog/terms/0/extinction", "input[type=number]").inputValue(), "0.3");
+  });
+  await holds("an extinction takes a colour, keeps its strength, and gives the colour back", async () => {
+    await load(SIMPLE);
+    await reveal("/scene/fog/terms/0/extinction");
+    const field = (rest) => at("/scene/fog/terms/0/extinction", rest);
+    const before = await pixels();
+    const extinction = async () => (await scene()).fog.terms[0].extinction;
+    const grey = await extinction();
+    const choose = (kind) => toFull(() => field("select:not(.alternatives)").selectOption(kind));
+    await choose("colour");
+    assert.deepEqual(await extinction(), [grey, grey, grey]);
+    assert.equal(await pixels(), before, "three equal numbers are one");
+    assert.deepEqual((await put(field("input[title=b]"), 2 * grey)).fog.terms[0].extinction, [grey, grey, 2 * grey]);
+    assert.notEqual(await pixels(), before);
+    await put(field("input[title=b]"), grey);
+    await choose("grey");
+    assert.equal(await extinction(), grey);
   });
   await holds("a lamp has a strength and a colour, and exact numbers", async () => {
     await load(SIMPLE);

@@ -8,20 +8,21 @@
 
 use super::path::Path;
 use crate::geometry::Ray;
+use crate::light::Source;
 use crate::media::Field;
 use crate::phase::PhaseFunction;
-use glam::DVec3;
 
-/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray up to `length` [m].
+/// L_a per unit of ω·I₀ [1/m²] of a light in fog whose terms all scatter alike, along a ray up to
+/// `length` [m].
 pub fn airlight(
     field: &Field,
     phase: PhaseFunction,
-    light: DVec3,
+    light: Source,
     ray: Ray,
     length: f64,
     steps: u32,
 ) -> f64 {
-    airlight_along(&Path::new(field, light, ray, length), phase, steps)
+    airlight_along(&Path::new(field, 0, light, ray, length), phase, steps)
 }
 
 /// The same of the path's light.
@@ -33,9 +34,10 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction, steps: u32) -> f
     let (mut sum, mut depth) = (0.0, 0.0f64);
     for i in 0..steps {
         let t = (f64::from(i) + 0.5) * step;
-        let (beta, arrival) = (path.extinction(t), path.arrival(t));
-        let scattered = beta * phase.value(arrival.cos) / (arrival.distance * arrival.distance);
-        sum += scattered * (-depth - arrival.depth).exp() * step;
+        let (beta, arrival) = (path.extinction(t), path.to_light.at(t));
+        let own = if path.is_alone() { beta } else { path.own_extinction(t) };
+        let scattered = arrival.falloff(own * phase.value(arrival.cos));
+        sum += scattered * (-depth - path.shade(t)).exp() * step;
         depth += beta * step;
     }
     sum

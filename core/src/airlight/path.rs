@@ -1,17 +1,21 @@
 //! The fog along one view ray and from there to one light, exact and in f64: what the methods that sum
 //! up the integrand itself have in common.
 
-use super::ToLight;
 use crate::geometry::Ray;
+use crate::light::{Arrival, Source, ToLight};
 use crate::media::{Along, Field, Sum, Ways};
+use crate::phase::PhaseFunction;
 use crate::progress::{Progress, Watch};
-use glam::DVec3;
 
 /// A view ray and a light, with the fog that matters to them to rounding.
 ///
 /// When the job that it belongs to is over there is no fog any more, so that whatever sums it up comes
 /// to an end; the sum is for nobody then.
 pub(crate) struct Path<'a> {
+    /// The group of terms whose light it is.
+    group: usize,
+    /// Whether there is no other.
+    is_alone: bool,
     /// The ray.
     ray: Ray,
     /// How far it goes [m].
@@ -27,27 +31,19 @@ pub(crate) struct Path<'a> {
     watch: Option<Watch<'a>>,
 }
 
-/// What a point of the ray gets of the light.
-pub(crate) struct Arrival {
-    /// Distance of the light as the falloff counts it, floor included [m].
-    pub distance: f64,
-    /// Cosine between the light's direction there and the direction back to the eye.
-    pub cos: f64,
-    /// T from the light.
-    pub depth: f64,
-}
-
 impl<'a> Path<'a> {
-    /// Gathers the fog for a ray up to `length` [m].
-    pub fn new(field: &Field, light: DVec3, ray: Ray, length: f64) -> Self {
+    /// Gathers the fog for a ray up to `length` [m], of which one group scatters the light.
+    pub fn new(field: &Field, group: usize, light: Source, ray: Ray, length: f64) -> Self {
         let [smooth, lumps] = field.along(&ray, length).parted();
         Self {
+            group,
+            is_alone: field.groups().len() == 1,
             ray,
             length,
-            to_light: ToLight::new((light - ray.origin).into(), ray.direction.into()),
+            to_light: light.beside(ray.origin.into(), ray.direction.into()),
             smooth,
             lumps,
-            shading: field.ways(light, [ray.origin, ray.at(length)]),
+            shading: field.ways(light.apex(), [ray.origin, ray.at(length)]),
             watch: None,
         }
     }
@@ -67,6 +63,24 @@ impl<'a> Path<'a> {
         self.smooth.beta(t) + self.extinction_of_lumps(t)
     }
 
+    /// Whether all fog scatters alike.
+    pub fn is_alone(&self) -> bool {
+        self.is_alone
+    }
+
+    /// The same of the group.
+    pub fn own_extinction(&self, t: f64) -> f64 {
+        if self.is_alone {
+            return self.extinction(t);
+        }
+        let smooth = self.smooth.beta_of(self.group, t);
+        if self.goes_on(self.lumps.terms()) {
+            smooth + self.lumps.beta_of(self.group, t)
+        } else {
+            smooth
+        }
+    }
+
     /// The same of the lumps alone.
     pub fn extinction_of_lumps(&self, t: f64) -> f64 {
         if self.goes_on(self.lumps.terms()) { self.lumps.beta(t) } else { 0.0 }
@@ -82,29 +96,34 @@ impl<'a> Path<'a> {
         if self.goes_on(self.lumps.terms()) { self.lumps.depth(t) } else { 0.0 }
     }
 
-    /// The light at the ray parameter `t` [m].
-    pub fn arrival(&self, t: f64) -> Arrival {
-        let (ahead, miss) = (self.to_light.closest - t, self.to_light.miss);
-        let distance = ahead.hypot(miss);
+    /// T from the light to the ray parameter `t` [m].
+    pub fn shade(&self, t: f64) -> f64 {
         let shades = self.goes_on(self.shading.terms());
-        let depth = if shades { self.shading.depth_to(self.ray.at(t)) } else { 0.0 };
-        Arrival { distance, cos: ahead / distance, depth }
+        if shades { self.shading.depth_to(self.ray.at(t)) } else { 0.0 }
     }
 
-    /// Whether there is no fog at all on the ray, not even the tails of lumps.
+    /// β k(α) e^(−T(v,x)−T(x,s)) of the group at the ray parameter `t` [m], and what arrives there of the light.
+    pub fn scattered(&self, phase: PhaseFunction, t: f64) -> (f64, Arrival<f64>) {
+        let arrival = self.to_light.at(t);
+        let through = (-self.depth(t) - self.shade(t)).exp();
+        (self.own_extinction(t) * phase.value(arrival.cos) * through, arrival)
+    }
+
+    /// Whether nothing on the ray scatters, not even the tails of lumps.
     pub fn is_clear(&self) -> bool {
-        self.length <= 0.0 || self.smooth.span().is_none() && self.lumps.terms() == 0
+        let has_smooth = self.smooth.span_of(self.group).is_some();
+        self.length <= 0.0 || !has_smooth && self.lumps.terms_of(self.group) == 0
     }
 
-    /// From where to where there is fog on the ray [m]; `None` if there is none.
+    /// From where to where there is fog of the group on the ray [m]; `None` if there is none.
     pub fn span(&self) -> Option<(f64, f64)> {
-        match (self.smooth.span(), self.lumps.span()) {
+        match (self.smooth.span_of(self.group), self.lumps.span_of(self.group)) {
             (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
             (smooth, lumps) => smooth.or(lumps),
         }
     }
 
-    /// The same of the lumps alone.
+    /// The same of the lumps of all groups.
     pub fn dense(&self) -> Option<(f64, f64)> {
         self.lumps.span()
     }

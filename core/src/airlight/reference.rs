@@ -5,18 +5,30 @@
 //! the integrand stays smooth. The phase function has cos α = −tanh u there: it turns from ahead to
 //! back within a few units of u, however sharp it is. Panels are first halved until none is long
 //! against the lumps that it crosses, so that no lump is overlooked, nor against that turn, then
-//! where the Gauss–Kronrod pair differs most. [`MEASURED`](super::errors::MEASURED) states its error.
+//! where the Gauss–Kronrod pair differs most. [`ABOUT`] states its error.
 
+use super::about::{About, Exactness};
 use super::path::Path;
 use crate::geometry::Ray;
+use crate::light::Source;
 use crate::media::Field;
 use crate::phase::PhaseFunction;
 use crate::quadrature;
-use glam::DVec3;
 
-/// L_a per unit of ω·I₀ [1/m²] of a light, along a ray up to `length` [m].
-pub fn airlight(field: &Field, phase: PhaseFunction, light: DVec3, ray: Ray, length: f64) -> f64 {
-    airlight_along(&Path::new(field, light, ray, length), phase)
+/// What is said about it.
+pub const ABOUT: About = About {
+    source: "The single-scattering integral itself, by adaptive quadrature in f64.",
+    takes: None,
+    error: Exactness::measured(
+        "a quadrature of another kind, along random rays",
+        [3.5e-16, 1.1e-14, 2.9e-13],
+    ),
+};
+
+/// L_a per unit of ω·I₀ [1/m²] of a light in fog whose terms all scatter alike, along a ray up to
+/// `length` [m].
+pub fn airlight(field: &Field, phase: PhaseFunction, light: Source, ray: Ray, length: f64) -> f64 {
+    airlight_along(&Path::new(field, 0, light, ray, length), phase)
 }
 
 /// The same of the path's light.
@@ -33,10 +45,8 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
 
 /// β k(α) e^(−T(v,x)−T(x,s)) / d, the integrand over u.
 fn integrand(path: &Path, phase: PhaseFunction, u: f64) -> f64 {
-    let t = path.to_light.closest + path.to_light.miss * u.sinh();
-    let arrival = path.arrival(t);
-    let through = (-path.depth(t) - arrival.depth).exp();
-    path.extinction(t) * phase.value(arrival.cos) * through / arrival.distance
+    let (value, arrival) = path.scattered(phase, path.to_light.rolled(u));
+    arrival.falloff(value) * arrival.distance
 }
 
 /// Ends of panels in u, each short against the lumps that it crosses.
@@ -56,8 +66,7 @@ fn panels(path: &Path) -> Vec<f64> {
             open.pop();
         }
     }
-    let u = |t: &f64| ((t - path.to_light.closest) / path.to_light.miss).asinh();
-    ends.iter().map(u).collect()
+    ends.iter().map(|t| path.to_light.unrolled(*t)).collect()
 }
 
 /// The same ends and as many between them that the cosine does not turn within one panel unseen.

@@ -4,6 +4,7 @@
 use super::edges::{Samples, weight};
 use super::passes::{Depths, Fog, Share};
 use super::shade;
+use super::tiles::Strip;
 use super::traced::Traced;
 use crate::frame::context::Context;
 use crate::frame::samples::CENTER;
@@ -17,24 +18,32 @@ use std::sync::Arc;
 
 /// What the passes made of a frame.
 pub struct Made<'a> {
-    pub context: &'a Context<'a>,
     pub traced: &'a Traced,
-    /// Lamp by lamp; then what takes light away, where no lamp's own run tells that.
+    pub strip: &'a Strip,
+    /// One if the fog is grey; else red, green and blue.
+    pub bands: Vec<Band<'a>>,
+}
+
+/// What they made in one band of colour.
+pub struct Band<'a> {
+    pub context: &'a Context<'a>,
+    /// What is scattered of each lamp; then what takes light away, where no lamp's own run tells that.
     pub fog: &'a [Option<Arc<Share<Fog>>>],
     /// Depths to surfaces, lamp by lamp.
     pub depths: &'a [Option<Arc<Share<Depths>>>],
 }
 
-/// The layer's picture, `[height][width][channels]`.
-pub fn picture(made: &Made) -> Vec<f32> {
-    let (channels, width) = (made.context.view.layer.channels(), made.context.grid.width);
+/// A strip of the layer's picture, `[height][width][channels]`.
+pub fn picture(made: &Made, channels: usize) -> Vec<f32> {
+    let grid = made.bands[0].context.grid;
+    let (width, first) = (grid.width, made.strip.tiles.start);
     let across = width.div_ceil(TILE);
-    let mut pixels = vec![0.0; width * made.context.grid.height * channels];
+    let mut pixels = vec![0.0; width * made.strip.lines(grid).len() * channels];
     // One by one: those with edges take several times as long as others.
     let bands = pixels.par_chunks_mut(TILE * width * channels).enumerate().with_max_len(1);
     bands.for_each(|(band, rows)| {
         for column in 0..across {
-            let values = tile(made, band * across + column);
+            let values = tile(made, first + band * across + column);
             for (y, row) in rows.chunks_mut(width * channels).enumerate() {
                 let end = row.len().min((column + 1) * TILE * channels);
                 let pixels = row[column * TILE * channels..end].chunks_exact_mut(channels);
@@ -51,7 +60,7 @@ pub fn picture(made: &Made) -> Vec<f32> {
 
 /// The pixels of a tile, those at edges as means of their samples.
 fn tile(made: &Made, index: usize) -> Rows {
-    let context = made.context;
+    let context = made.bands[0].context;
     let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
     let mut batches = made.traced.batches(index, &rays).enumerate();
     let Some((_, pixels)) = batches.next() else { return [[0.0; SIZE]; 3] };
@@ -83,50 +92,61 @@ fn set_edges(values: &mut Rows, samples: &Samples, sums: &[([f32; 3], f32)]) {
 }
 
 impl Made<'_> {
-    /// The layer's values of a batch; unused channels are 0.
+    /// The layer's values of a batch. A coloured picture is three grey ones, each of
+    /// which gives its own channel.
     fn compose(&self, tile: usize, batch: usize, ends: Ends) -> Rows {
-        let one_channel = |row: Row| [row, [0.0; SIZE], [0.0; SIZE]];
+        let place = self.strip.place(tile);
+        let [red, green, blue] = self.bands.as_slice() else {
+            return self.bands[0].compose(place, batch, ends);
+        };
+        let [red, green, blue] = [red, green, blue].map(|band| band.compose(place, batch, ends));
+        [red[0], green[1], blue[2]]
+    }
+}
+
+impl Band<'_> {
+    /// The layer's values of a batch as this band has them; what has one channel has it thrice.
+    fn compose(&self, place: usize, batch: usize, ends: Ends) -> Rows {
+        let grey = |row: Row| [row; 3];
         let hits = ends.hits;
         match self.context.view.layer {
             Layer::Beauty => {
-                let surface = self.surface(tile, batch, ends);
-                let airlight = self.airlight(tile, batch);
-                let depth = self.depth(tile, batch);
+                let surface = self.surface(place, batch, ends);
+                let airlight = self.airlight(place, batch);
+                let depth = self.depth(place, batch);
                 dispatch!(self.context.job.level, simd => {
                     beauty(simd, self.context, &surface, &airlight, depth)
                 })
             }
-            Layer::Airlight => self.airlight(tile, batch),
-            Layer::Surface => self.surface(tile, batch, ends),
+            Layer::Airlight => self.airlight(place, batch),
+            Layer::Surface => self.surface(place, batch, ends),
             Layer::Normal => hits.normal,
-            Layer::OpticalDepth => one_channel(*self.depth(tile, batch)),
-            Layer::Transmittance => {
-                one_channel(self.depth(tile, batch).map(|depth| (-depth).exp()))
-            }
-            Layer::Depth => one_channel(hits.length),
+            Layer::OpticalDepth => grey(*self.depth(place, batch)),
+            Layer::Transmittance => grey(self.depth(place, batch).map(|depth| (-depth).exp())),
+            Layer::Depth => grey(hits.length),
         }
     }
 
-    fn surface(&self, tile: usize, batch: usize, Ends { rays, hits }: Ends) -> Rows {
+    fn surface(&self, place: usize, batch: usize, Ends { rays, hits }: Ends) -> Rows {
         let shares = self.depths.iter().flatten();
-        let depths: Vec<_> = shares.map(|share| &share.run[tile][batch][share.slot]).collect();
+        let depths: Vec<_> = shares.map(|share| &share.run[place][batch][share.slot]).collect();
         shade::surface_radiance(self.context, rays, hits, &depths)
     }
 
     /// Optical depth of the view rays: the first lamp's run forms it on the way, or the last share is it.
-    fn depth(&self, tile: usize, batch: usize) -> &Row {
+    fn depth(&self, place: usize, batch: usize) -> &Row {
         const CLEAR: Row = [0.0; SIZE];
         let told = if self.context.interpolates() { self.fog.first() } else { self.fog.last() };
-        told.and_then(Option::as_ref).map_or(&CLEAR, |share| &share.run[tile][batch].depth)
+        told.and_then(Option::as_ref).map_or(&CLEAR, |share| &share.run[place][batch].depth)
     }
 
     /// The light of all lamps in their colours.
-    fn airlight(&self, tile: usize, batch: usize) -> Rows {
+    fn airlight(&self, place: usize, batch: usize) -> Rows {
         let mut sum = [[0.0; SIZE]; 3];
-        for (lamp, share) in self.context.lamps.iter().zip(self.fog) {
+        for (scatter, share) in self.context.scatters.iter().zip(self.fog) {
             let Some(share) = share else { continue };
-            let Some(row) = share.run[tile][batch].airlight.get(share.slot) else { continue };
-            let rgb = lamp.scattered.as_vec3();
+            let Some(row) = share.run[place][batch].airlight.get(share.slot) else { continue };
+            let rgb = scatter.colour.as_vec3();
             dispatch!(self.context.job.level, simd => add_coloured(simd, row, rgb.into(), &mut sum));
         }
         sum

@@ -2,27 +2,26 @@
 
 use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
 use crate::airlight::{Method, Path, march, reference, sun2005};
-use crate::frame::context::{Context, Lamp};
+use crate::frame::context::{Context, Lamp, Scatter};
 use crate::geometry::Ray;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::media::gaussians::BlobList;
 use crate::media::{Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
-use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec3};
 
 /// What the fog does along a batch, as far as the layer shows it; but for an airlight that
 /// interpolates across the picture, which is formed for several batches at once.
-pub fn batch(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
-    if context.shows_fog() { along(context, lamps, rays, hits) } else { Fogged::clear(0) }
+pub fn batch(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
+    if context.shows_fog() { along(context, asked, rays, hits) } else { Fogged::clear(0) }
 }
 
 /// Optical depth, and airlight if `lit`, along rays that end at `hits`, as far as the job goes; what
 /// interpolates across the picture is added by [`mapped::add`](super::mapped::add).
-fn along(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
-    let mut fogged = Fogged::clear(lamps.len());
+fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
+    let mut fogged = Fogged::clear(asked.len());
     let Context { job, field, .. } = context;
     if field.is_empty() || job.progress.is_over() {
         return fogged;
@@ -35,35 +34,38 @@ fn along(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits) -> Fogged
     }
     let method = if context.shows_airlight() { context.method } else { Method::None };
     if method == Method::Fogshop2007 {
-        published(context, lamps, rays, hits, &mut fogged);
+        published(context, asked, rays, hits, &mut fogged);
         return fogged;
     }
     let near = near_views(context, &[Ends { rays, hits }], Purpose::Depth);
     near.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
     match method {
-        Method::Sun2005 => add_homogeneous(context, lamps, (rays, hits), |_| 1.0, &mut fogged),
-        Method::Reference | Method::March(_) => {
-            add_ray_by_ray(context, lamps, rays, hits, &mut fogged.airlight);
+        Method::Sun2005 => {
+            let factor = |scatter: &Scatter| sun2005::share(field, scatter.group);
+            add_homogeneous(context, asked, (rays, hits), factor, &mut fogged);
         }
-        Method::None | Method::Mapped | Method::Fogshop2007 => {}
+        Method::Reference | Method::March(_) => {
+            add_ray_by_ray(context, asked, rays, hits, &mut fogged.airlight);
+        }
+        Method::None | Method::Auto | Method::Fogshop2007 => {}
     }
     fogged
 }
 
 /// Optical depth, and airlight as published.
-fn published(context: &Context, lamps: &[usize], rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
+fn published(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
     let haze = fogshop2007::haze(context.field) as f32;
     fogged.depth = hits.length.map(|length| length * haze);
-    let factor = |light: usize| context.lit_blobs[light].homogeneous_factor;
-    add_homogeneous(context, lamps, (rays, hits), factor, fogged);
-    let gaussians = &context.field.media().gaussians;
+    let factor = |scatter: &Scatter| context.lit_blobs[scatter.lamp].homogeneous_factor;
+    add_homogeneous(context, asked, (rays, hits), factor, fogged);
+    let gaussians = &context.field.only().gaussians;
     if gaussians.all().is_empty() {
         return;
     }
     let (bundle, shortest) = bundle_of_views(context, &[Ends { rays, hits }]);
     let search = context.field.search_for(gaussians, bundle, shortest, Purpose::Airlight);
     let list = BlobList::new(context.job.level, gaussians, &search);
-    add_blobs(context, lamps, &list, (rays, hits), fogged);
+    add_blobs(context, asked, &list, (rays, hits), fogged);
 }
 
 /// What matters of the fog to some batches of view rays.
@@ -106,17 +108,19 @@ fn bundle(position: DVec3, block: &[Ends<'_>], longest: f64) -> Option<Bundle> {
 
 fn add_homogeneous(
     context: &Context,
-    lamps: &[usize],
+    asked: &[usize],
     (rays, hits): (&Rays, &Hits),
-    factor: impl Fn(usize) -> f64,
+    factor: impl Fn(&Scatter) -> f64,
     fogged: &mut Fogged,
 ) {
-    let beta = fogshop2007::haze(context.field);
+    let beta =
+        context.field.groups().iter().filter_map(|media| media.homogeneous.uniform_beta()).sum();
     if beta == 0.0 {
         return;
     }
-    for (i, row) in lamps.iter().zip(&mut fogged.airlight) {
-        let (lamp, factor) = (&context.lamps[*i], factor(*i));
+    for (i, row) in asked.iter().zip(&mut fogged.airlight) {
+        let scatter = &context.scatters[*i];
+        let (lamp, factor) = (&context.lamps[scatter.lamp], factor(scatter));
         dispatch!(context.job.level, simd => add_sun(simd, (beta, factor), lamp, (rays, hits), row));
     }
 }
@@ -132,30 +136,28 @@ fn add_sun<S: Simd>(
     let one = Lanes::splat(simd, 1.0);
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
-        let light = V3::lit(one, lamp.from_camera) - load3(simd, &rays.offset, at);
+        let light = lamp.from_camera.beside(load3(simd, &rays.offset, at), direction);
         let length = Lanes::load(simd, &hits.length[at..]);
-        let value = sun2005::airlight(one.lit(beta), light, direction, length);
+        let value = sun2005::airlight(one.lit(beta), light, length);
         value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);
     }
 }
 
 fn add_blobs(
     context: &Context,
-    lamps: &[usize],
+    asked: &[usize],
     list: &BlobList,
     (rays, hits): (&Rays, &Hits),
     fogged: &mut Fogged,
 ) {
     let light = |i: &usize| {
-        let (lamp, lit) = (&context.lamps[*i], &context.lit_blobs[*i]);
-        LightRow {
-            distance: lamp.from_camera.length() as f32,
-            blobs: &lit.blobs,
-            position: lamp.from_camera,
-            exponents: &lit.exponents,
-        }
+        let lamp = context.scatters[*i].lamp;
+        let (lamp, lit) = (&context.lamps[lamp], &context.lit_blobs[lamp]);
+        let position = lamp.from_camera.apex();
+        let (blobs, exponents) = (&lit.blobs, &lit.exponents);
+        LightRow { distance: position.length() as f32, blobs, position, exponents }
     };
-    let lights: Vec<_> = lamps.iter().map(light).collect();
+    let lights: Vec<_> = asked.iter().map(light).collect();
     let (length, parallel) = (&hits.length, context.viewpoint.parallel);
     list.in_parts(context.job.progress, |list| {
         dispatch!(context.job.level, simd => if parallel {
@@ -169,7 +171,7 @@ fn add_blobs(
 /// In f64.
 fn add_ray_by_ray(
     context: &Context,
-    lamps: &[usize],
+    asked: &[usize],
     rays: &Rays,
     hits: &Hits,
     airlight: &mut [Row],
@@ -182,9 +184,10 @@ fn add_ray_by_ray(
         let direction = get3(&rays.direction, at).as_dvec3().normalize();
         let ray = Ray { origin, direction };
         let length = f64::from(hits.length[at]);
-        for (i, row) in lamps.iter().zip(airlight.iter_mut()) {
-            let (field, phase, light) = (context.field, context.phase, context.lamps[*i].position);
-            let path = Path::new(field, light, ray, length).of(context.job.progress);
+        for (i, row) in asked.iter().zip(airlight.iter_mut()) {
+            let Scatter { lamp, group, phase, .. } = context.scatters[*i];
+            let light = context.lamps[lamp].source;
+            let path = Path::new(context.field, group, light, ray, length).of(context.job.progress);
             row[at] += match context.method {
                 Method::March(steps) => march::airlight_along(&path, phase, steps),
                 _ => reference::airlight_along(&path, phase),

@@ -2,7 +2,7 @@
 
 use super::composite::{self, Made};
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing, is_low};
-use super::tiles::tiles;
+use super::tiles::{Strip, tiles};
 use super::traced::Traced;
 use super::{fog, mapped, shade, upsample};
 use crate::frame::cache::Cache;
@@ -32,64 +32,117 @@ pub fn render(
 ) -> Result<Frame, Interrupted> {
     let mut clock = Clock::start(progress);
     let geometry = cache.geometry(scene, progress)?;
-    let field = cache.field(scene, progress)?;
+    let bands = cache.bands(scene, progress)?;
     clock.lap("prepare", true)?;
-    let mut context = Context::new(scene, &geometry, &field, view, progress);
+    let context = |field| Context::new(scene, &geometry, field, view, progress);
+    let mut contexts: Vec<_> = bands.each().iter().map(context).collect();
+    let grid = contexts[0].grid;
     // What is kept of a large picture would push out all else.
-    let fresh = (context.grid.count() > KEPT_TILES).then(Passes::default);
-    let passes = fresh.as_ref().unwrap_or(passes);
+    let is_large = grid.count() > KEPT_TILES;
+    let fresh = Passes::default();
 
     let tracing = Tracing {
         geometry: Same::new(&geometry),
         camera: scene.camera.clone(),
-        grid: context.grid,
+        grid,
         far_m: scene.far_m,
         samples: view.samples.unwrap_or(1),
     };
     let mut traces = false;
     let trace = || {
         traces = true;
-        Traced::new(&context)
+        Traced::new(&contexts[0])
     };
-    let traced = passes.traced.get(&tracing, progress, trace)?;
+    let kept = if is_large { &fresh } else { passes };
+    let traced = kept.traced.get(&tracing, progress, trace)?;
     passes.forget_old_pictures();
     clock.lap("surfaces", traces)?;
 
-    let fills = fill_tables(&mut context, cache)?;
-    let mut shades = Lamps::shading(&context, passes, &traced);
-    let mut fogs = Lamps::fogging(&context, passes, &traced);
-    if fogs.is_wanting() {
-        context.lit_blobs = light_sides(&context, cache)?;
+    let mut fills = false;
+    for context in &mut contexts {
+        fills |= fill_tables(context, cache)?;
     }
-    clock.lap("light_depth", fills || !context.lit_blobs.is_empty())?;
+    clock.lap("light_depth", fills)?;
 
-    let draft = is_low(&context);
-    let low = if draft && (shades.is_wanting() || fogs.is_wanting()) {
-        let (lamps, shaded) = (&fogs.missing, &shades.missing);
-        Some(upsample::Low::render(&context, lamps, shaded, &traced.tiles)?)
-    } else {
-        None
-    };
-    clock.lap_if(draft, "low_resolution", low.is_some())?;
+    let rows = |context: &Context| context.lamps.len() + context.scatters.len() + 1;
+    let strips = Strip::all(grid, contexts.iter().map(rows).sum());
+    let mut lit: Vec<_> = contexts.iter_mut().map(Lit::new).collect();
+    let channels = view.layer.channels(lit.len());
+    let ([begin, end], mut parts) = (progress.frame(), Vec::new());
+    for (i, strip) in strips.iter().enumerate() {
+        let fresh = Passes::default();
+        let passes = if is_large || strips.len() > 1 { &fresh } else { passes };
+        let count = lit.len();
+        let mut bands = Vec::with_capacity(count);
+        for (band, lit) in lit.iter_mut().enumerate() {
+            let place = |part: usize| part as f64 / (count * strips.len()) as f64;
+            let at = |part: usize| begin + (end - begin) * place(part);
+            progress.stretch(at(count * i + band), at(count * i + band + 1));
+            bands.push(lit.light((cache, passes), (&traced, strip), &mut clock)?);
+        }
+        let bands = lit.iter().zip(&bands).map(|(lit, (fogs, shades))| composite::Band {
+            context: lit.context,
+            fog: &fogs.shares,
+            depths: &shades.shares,
+        });
+        let made = Made { traced: &traced, strip, bands: bands.collect() };
+        parts.push(composite::picture(&made, channels));
+        clock.lap("composite", true)?;
+    }
+    // Most pictures are one strip.
+    let pixels = if parts.len() > 1 { parts.concat() } else { parts.pop().unwrap_or_default() };
 
-    let runs = shades.is_wanting();
-    shades.run(&passes.depths, |lamps| light_depths(&context, &traced, low.as_ref(), lamps))?;
-    clock.lap("surface_radiance", runs)?;
+    let (layer, camera, backend) = (view.layer, scene.camera.clone(), "cpu");
+    let (width, height, timings) = (grid.width, grid.height, clock.laps);
+    Ok(Frame { width, height, channels, layer, camera, pixels, shown: None, timings, backend })
+}
 
-    let runs = fogs.is_wanting();
-    fogs.run(&passes.fog, |lamps| fog(&context, &traced, low.as_ref(), lamps))?;
-    let has_edges = traced.samples.iter().any(|samples| !samples.is_empty());
-    clock.lap(if has_edges { "airlight_and_edges" } else { "airlight" }, runs)?;
+/// What fog and surfaces make of the light of all lamps.
+type Light = (Lamps<Fogging, Fog>, Lamps<Shading, Depths>);
 
-    let made =
-        Made { context: &context, traced: &traced, fog: &fogs.shares, depths: &shades.shares };
-    let pixels = composite::picture(&made);
-    clock.lap("composite", true)?;
+/// A band of colour, with what serves all of its strips.
+struct Lit<'a, 'c> {
+    context: &'a mut Context<'c>,
+    low: Option<upsample::Low>,
+}
 
-    let (width, height) = (context.grid.width, context.grid.height);
-    let (layer, camera) = (view.layer, scene.camera.clone());
-    let (timings, backend) = (clock.laps, "cpu");
-    Ok(Frame { width, height, layer, camera, pixels, shown: None, timings, backend })
+impl<'a, 'c> Lit<'a, 'c> {
+    fn new(context: &'a mut Context<'c>) -> Self {
+        Self { context, low: None }
+    }
+
+    /// What fog and surfaces make of the light in a strip.
+    fn light(
+        &mut self,
+        (cache, passes): (&Cache, &Passes),
+        (traced, strip): (&Arc<Traced>, &Strip),
+        clock: &mut Clock,
+    ) -> Result<Light, Interrupted> {
+        let mut shades = Lamps::shading(self.context, passes, traced);
+        let mut fogs = Lamps::fogging(self.context, passes, traced);
+        if fogs.is_wanting() && self.context.lit_blobs.is_empty() {
+            self.context.lit_blobs = light_sides(self.context, cache)?;
+            clock.lap("light_depth", !self.context.lit_blobs.is_empty())?;
+        }
+        let draft = is_low(self.context);
+        let renders = draft && self.low.is_none() && (shades.is_wanting() || fogs.is_wanting());
+        if renders {
+            let (asked, shaded) = (&fogs.missing, &shades.missing);
+            self.low = Some(upsample::Low::render(self.context, asked, shaded, &traced.tiles)?);
+        }
+        clock.lap_if(draft, "low_resolution", renders)?;
+
+        let Self { context, low } = &*self;
+        let (runs, low) = (shades.is_wanting(), low.as_ref());
+        shades.run(&passes.depths, |lamps| light_depths(context, traced, strip, low, lamps))?;
+        clock.lap("surface_radiance", runs)?;
+
+        let runs = fogs.is_wanting();
+        fogs.run(&passes.fog, |asked| fog(context, traced, strip, low, asked))?;
+        let has_edges = traced.samples.iter().any(|samples| !samples.is_empty());
+        clock.lap(if has_edges { "airlight_and_edges" } else { "airlight" }, runs)?;
+        Ok((fogs, shades))
+    }
 }
 
 /// A pass lamp by lamp: what is kept of it, and which lamps it must be made for.
@@ -112,8 +165,9 @@ impl Lamps<Shading, Depths> {
 impl Lamps<Fogging, Fog> {
     /// What takes light away stands for a lamp behind the last, where no lamp's own run tells it.
     fn fogging(context: &Context, passes: &Passes, traced: &Arc<Traced>) -> Self {
-        let lamps = if context.is_lit() { context.lamps.len() } else { 0 };
-        let mut keys: Vec<_> = (0..lamps).map(|i| Fogging::new(context, traced, Some(i))).collect();
+        let scatters = if context.is_lit() { context.scatters.len() } else { 0 };
+        let keys = (0..scatters).map(|i| Fogging::new(context, traced, Some(i)));
+        let mut keys: Vec<_> = keys.collect();
         let is_alone = context.shows_fog() && !context.interpolates();
         keys.extend(is_alone.then(|| Fogging::new(context, traced, None)));
         // Who asks for an estimator by name measures it.
@@ -160,10 +214,11 @@ impl<K: PartialEq + Clone, T> Lamps<K, T> {
 fn light_depths(
     context: &Context,
     traced: &Traced,
+    strip: &Strip,
     low: Option<&upsample::Low>,
     lamps: &[usize],
 ) -> Result<(Depths, usize), Interrupted> {
-    let depths = tiles(context, context.grid.count(), &Vec::new(), |index| {
+    let depths = tiles(context, strip.tiles.clone(), &Vec::new(), |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
         let of_batch = |(at, ends): (usize, Ends)| match low {
             Some(low) if at == 0 => low.light_depths(context, lamps, index, ends),
@@ -180,33 +235,36 @@ fn light_depths(
 }
 
 /// Tiles whose fog is formed together: what is interpolated across the picture serves them all.
-fn blocks(context: &Context) -> Vec<Vec<usize>> {
+fn blocks(context: &Context, strip: &Strip) -> Vec<Vec<usize>> {
     // What a draft interpolates reaches farther.
     let across = if context.view.quality == Quality::Draft { 4 } else { 2 };
-    context.grid.blocks(across)
+    let mut blocks = context.grid.blocks(across);
+    blocks.retain(|block| strip.tiles.contains(&block[0]));
+    blocks
 }
 
-/// The fog along all rays, with the light of some lamps.
+/// The fog along all rays, with what is scattered of some lamps.
 fn fog(
     context: &Context,
     traced: &Traced,
+    strip: &Strip,
     low: Option<&upsample::Low>,
-    lamps: &[usize],
+    asked: &[usize],
 ) -> Result<(Fog, usize), Interrupted> {
-    context.job.progress.start(context.grid.count(), 1.0);
+    context.job.progress.start(strip.tiles.len(), 1.0);
     // One by one, because some take ten times as long as others.
-    let blocks = blocks(context);
+    let blocks = blocks(context, strip);
     let made = blocks.par_iter().with_max_len(1);
-    let made: Vec<_> = made.map(|block| fog_of(context, traced, low, lamps, block)).collect();
+    let made: Vec<_> = made.map(|block| fog_of(context, traced, low, asked, block)).collect();
     context.job.progress.check()?;
     let mut by_tile: Fog = Vec::new();
-    by_tile.resize_with(context.grid.count(), Vec::new);
+    by_tile.resize_with(strip.tiles.len(), Vec::new);
     for (index, fogged) in blocks.into_iter().flatten().zip(made.into_iter().flatten()) {
-        by_tile[index] = fogged;
+        by_tile[strip.place(index)] = fogged;
     }
     let batches: usize = by_tile.iter().map(Vec::len).sum();
     // A row a lamp, and that of what is taken away.
-    Ok((by_tile, batches * size_of::<Row>() * (lamps.len() + 1) / lamps.len().max(1)))
+    Ok((by_tile, batches * size_of::<Row>() * (asked.len() + 1) / asked.len().max(1)))
 }
 
 /// The same of some tiles.
@@ -214,7 +272,7 @@ fn fog_of(
     context: &Context,
     traced: &Traced,
     low: Option<&upsample::Low>,
-    lamps: &[usize],
+    asked: &[usize],
     block: &[usize],
 ) -> Vec<Vec<Fogged>> {
     if context.job.progress.is_over() {
@@ -236,8 +294,8 @@ fn fog_of(
         rest = others;
         for (at, ends) in own.iter().enumerate() {
             fogged.push(match low {
-                Some(low) if at == 0 => low.fog(context, lamps, *index, *ends),
-                _ => fog::batch(context, lamps, ends.rays, ends.hits),
+                Some(low) if at == 0 => low.fog(context, asked, *index, *ends),
+                _ => fog::batch(context, asked, ends.rays, ends.hits),
             });
         }
         if !context.is_mapped() {
@@ -245,7 +303,7 @@ fn fog_of(
         }
     }
     if context.is_mapped() {
-        mapped::add(context, lamps, &batches, &mut fogged);
+        mapped::add(context, asked, &batches, &mut fogged);
         block.iter().for_each(|_| context.job.progress.advance());
     }
     let mut fogged = fogged.into_iter();
@@ -271,7 +329,12 @@ impl<'a> Clock<'a> {
 
     fn lap_if(&mut self, counts: bool, pass: &'static str, ran: bool) -> Result<(), Interrupted> {
         if counts {
-            self.laps.push(Lap { pass, took: self.since.elapsed(), is_reused: !ran });
+            let took = self.since.elapsed();
+            // Of several bands and strips it is told in one.
+            match self.laps.iter_mut().find(|lap| lap.pass == pass) {
+                Some(lap) => (lap.took, lap.is_reused) = (lap.took + took, lap.is_reused && !ran),
+                None => self.laps.push(Lap { pass, took, is_reused: !ran }),
+            }
         }
         self.since = Instant::now();
         self.progress.check()

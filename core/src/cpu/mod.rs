@@ -13,13 +13,13 @@ mod traced;
 mod triangle;
 mod upsample;
 
-use crate::airlight::Method;
 use crate::frame::Frame;
 use crate::frame::cache::Cache;
-use crate::probe::{Prober, RayAnswer, method};
+use crate::light::Light;
+use crate::probe::{Band, Prober, RayAnswer};
 use crate::progress::{Interrupted, Progress};
 use crate::request::{ProbeRay, View};
-use crate::scene::{CheckedScene, Point};
+use crate::scene::CheckedScene;
 use passes::Passes;
 use rayon::prelude::*;
 
@@ -50,16 +50,16 @@ impl Cpu {
     ) -> Result<Vec<RayAnswer>, Interrupted> {
         const RAYS_A_JOB: usize = 64;
         let geometry = self.cache.geometry(scene, progress)?;
-        let field = self.cache.field(scene, progress)?;
-        let is_published = method(scene, &field) == Method::Fogshop2007;
-        let lights = scene.lights().filter(|_| is_published);
-        let from_light = |(_, light): (usize, &Point)| {
-            self.cache.exact_to_light(&field, light.position.vector(), progress)
-        };
-        let from_lights = lights.map(from_light).collect::<Result<Vec<_>, _>>()?;
+        let bands = self.cache.bands(scene, progress)?;
+        let bands = bands.each().iter().map(|field| {
+            let from_light =
+                |light: &Light| self.cache.exact_to_light(field, light.source(), progress);
+            Band::new(scene, field, from_light)
+        });
+        let bands = bands.collect::<Result<Vec<_>, _>>()?;
         progress.start(rays.len(), 1.0);
         let jobs = rays.par_chunks(RAYS_A_JOB).map(|rays| {
-            let mut prober = Prober::new(scene, &geometry, &field, &from_lights, progress);
+            let mut prober = Prober::new(scene, &geometry, &bands, progress);
             let answer = |ray| {
                 if progress.is_over() {
                     return Err(Interrupted);

@@ -12,12 +12,12 @@ use crate::frame::light_table::LightTable;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Fogged, Row};
 use crate::kept::{Kept, Most, Same};
+use crate::light::Source;
 use crate::media::Field;
 use crate::phase::PhaseFunction;
 use crate::request::Quality;
 use crate::scene::Camera;
 use crate::shapes::Geometry;
-use glam::DVec3;
 use std::sync::Arc;
 
 /// First hits, with the samples of edges.
@@ -31,18 +31,20 @@ pub struct Tracing {
     pub samples: u32,
 }
 
-/// The fog along view rays: the light of one lamp in it, or what it takes away alone.
+/// The fog along view rays: the light of one lamp that a group of its terms scatters, or what it takes away
+/// alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fogging {
     traced: Same<Traced>,
     field: Same<Field>,
     method: Method,
-    phase: PhaseFunction,
+    /// The group, and where its light goes.
+    group: Option<(usize, PhaseFunction)>,
     quality: Quality,
     for_screen: bool,
     lamp: Option<Light>,
     /// Lamps around whose images a draft computes all pixels.
-    glows: Vec<DVec3>,
+    glows: Vec<Source>,
 }
 
 /// What lies between a lamp and the surfaces.
@@ -58,7 +60,7 @@ pub struct Shading {
 /// A lamp as its fog sees it: no matter how bright.
 #[derive(Clone, Debug, PartialEq)]
 struct Light {
-    position: DVec3,
+    source: Source,
     table: Option<Same<Option<LightTable>>>,
     /// Whether optical depths are formed on the way.
     sets_depth: bool,
@@ -67,24 +69,26 @@ struct Light {
 impl Light {
     fn new(lamp: &Lamp, sets_depth: bool) -> Self {
         let table = lamp.table.is_some().then(|| Same::new(&lamp.table));
-        Self { position: lamp.position, table, sets_depth }
+        Self { source: lamp.source, table, sets_depth }
     }
 }
 
 impl Fogging {
-    /// Of a frame's rays and one of its lamps, by its place.
-    pub fn new(context: &Context, traced: &Arc<Traced>, lamp: Option<usize>) -> Self {
-        let positions = context.lamps.iter().map(|lamp| lamp.position);
-        let light = |i: usize| Light::new(&context.lamps[i], i == 0 && context.interpolates());
+    /// Of a frame's rays and what is scattered of one lamp, by its place.
+    pub fn new(context: &Context, traced: &Arc<Traced>, scatter: Option<usize>) -> Self {
+        let sources = context.lamps.iter().map(|lamp| lamp.source);
+        let of = |i: usize| &context.scatters[i];
+        let light =
+            |i: usize| Light::new(&context.lamps[of(i).lamp], i == 0 && context.interpolates());
         Self {
             traced: Same::new(traced),
             field: Same::new(context.field),
             method: if context.shows_airlight() { context.method } else { Method::None },
-            phase: context.phase,
+            group: scatter.map(|i| (of(i).group, of(i).phase)),
             quality: context.view.quality,
             for_screen: context.view.for_screen,
-            lamp: lamp.map(light),
-            glows: if is_low(context) { positions.collect() } else { Vec::new() },
+            lamp: scatter.map(light),
+            glows: if is_low(context) { sources.collect() } else { Vec::new() },
         }
     }
 }
@@ -105,7 +109,8 @@ pub fn is_low(context: &Context) -> bool {
     context.view.quality == Quality::Draft && context.needs_low_resolution()
 }
 
-/// What the fog does along all batches of a frame, tile by tile; as one run made it for some lamps.
+/// What the fog does along all batches of a frame, tile by tile; as one run made it for what is scattered of
+/// some lamps.
 pub type Fog = Vec<Vec<Fogged>>;
 /// Depths from some lamps to all batches of a frame, tile by tile, batch by batch, lamp by lamp.
 pub type Depths = Vec<Vec<Vec<Row>>>;

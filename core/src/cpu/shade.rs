@@ -1,10 +1,10 @@
 //! Surface radiance of a batch of hits: direct light through the fog, and emission.
 
-use crate::airlight::least_distance;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
+use crate::light::least_distance;
 use crate::media::{Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::surface::attenuated::reflection;
@@ -14,72 +14,84 @@ use glam::Vec3;
 
 /// Optical depth from one light to every hit; of what is smooth alone if the job is over.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
-    let mut paths = Rays::empty();
-    let mut length = [0.0; SIZE];
-    paths.count = rays.count;
-    // From the light to the hits, relative to the camera: its own digits are not lost far away.
-    let light = lamp.from_camera.as_vec3();
-    for at in 0..SIZE {
-        for k in 0..3 {
-            let reach = rays.direction[k][at] * hits.length[at];
-            paths.direction[k][at] = rays.offset[k][at] + reach - light[k];
-        }
-        let [x, y, z] = paths.direction.each_ref().map(|row| row[at]);
-        length[at] = (x * x + y * y + z * z).sqrt();
-        let inverse = 1.0 / length[at].max(f32::MIN_POSITIVE);
-        paths.direction.iter_mut().for_each(|row| row[at] *= inverse);
-    }
+    let point = |at: usize| get3(&rays.offset, at) + get3(&rays.direction, at) * hits.length[at];
+    let ways = Ways::new(lamp, rays.count, point);
     let mut depth = [0.0; SIZE];
     let Context { job, field, .. } = context;
     let is_unlit = hits.surface.iter().all(|s| *s == NOTHING);
-    field.smooth(lamp.position).add_depth(job, &paths, false, &length, &mut depth);
+    let haze = field.smooth(lamp.source.apex());
+    haze.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
     if is_unlit || field.lumps() == 0 || job.progress.is_over() {
         return depth;
     }
     if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.interpolates()) {
-        dispatch!(job.level, simd => add_tabled(simd, table, &paths, &length, &mut depth));
+        dispatch!(job.level, simd => add_tabled(simd, table, &ways, &mut depth));
         return depth;
     }
-    let lit = (0..paths.count).filter(|at| hits.surface[*at] != NOTHING);
-    let near = near_paths(context, lamp, &paths, &length, lit);
-    near.add_depth(job, &paths, false, &length, &mut depth);
+    let lit = (0..rays.count).filter(|at| hits.surface[*at] != NOTHING);
+    let near = ways.near(context, lamp, lit);
+    near.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
     depth
 }
 
 #[inline(always)]
-fn add_tabled<S: Simd>(simd: S, table: &LightTable, paths: &Rays, length: &Row, depth: &mut Row) {
-    for at in (0..paths.count).step_by(Lanes::<S>::COUNT) {
-        let length = Lanes::load(simd, &length[at..]);
-        let mean = table.means(simd, load3(simd, &paths.direction, at).scale(length));
+fn add_tabled<S: Simd>(simd: S, table: &LightTable, ways: &Ways, depth: &mut Row) {
+    for at in (0..ways.rays.count).step_by(Lanes::<S>::COUNT) {
+        let length = Lanes::load(simd, &ways.length[at..]);
+        let mean = table.means(simd, load3(simd, &ways.rays.direction, at).scale(length));
         mean.mul_add(length, Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
     }
 }
 
-/// What matters of the lumps between a light and the ends of some paths from it.
-pub fn near_paths(
-    context: &Context,
-    lamp: &Lamp,
-    paths: &Rays,
-    length: &Row,
-    places: impl Iterator<Item = usize> + Clone,
-) -> Sum<dyn Near> {
-    let from_light = |at: usize| get3(&paths.direction, at) * length[at];
-    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let mut shortest = f32::INFINITY;
-    for at in places.clone() {
-        let point = from_light(at);
-        (min, max, shortest) = (min.min(point), max.max(point), shortest.min(length[at]));
+/// The ways of a light to some points.
+pub struct Ways {
+    /// From where they all begin.
+    pub rays: Rays,
+    /// How long they are [m].
+    pub length: Row,
+}
+
+impl Ways {
+    /// To points given relative to the camera: there their own digits are not lost far away.
+    pub fn new(lamp: &Lamp, count: usize, point: impl Fn(usize) -> Vec3) -> Self {
+        let apex = lamp.from_camera.apex().as_vec3();
+        let (mut rays, mut length) = (Rays::empty(), [0.0; SIZE]);
+        rays.count = count;
+        for (at, length) in length.iter_mut().enumerate().take(count) {
+            let way = point(at) - apex;
+            *length = way.length().max(f32::MIN_POSITIVE);
+            let direction = way * (1.0 / *length);
+            (0..3).for_each(|k| rays.direction[k][at] = direction[k]);
+        }
+        Self { rays, length }
     }
-    let middle = 0.5 * (min + max);
-    let radius2 = places.map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
-    let radius = f64::from(radius2.sqrt()) * 1.000_001;
-    let (origin, center) = (lamp.position, lamp.position + middle.as_dvec3());
-    // A light among the ends: they lie all around it.
-    let (bundle, shortest) = match Bundle::toward_ball(origin, center, radius) {
-        Some(bundle) => (bundle, f64::from(shortest)),
-        None => (Bundle::all_around(origin, origin.distance(center) + radius), 0.0),
-    };
-    context.field.near_lumps(context.job.level, bundle, shortest, Purpose::Depth)
+
+    /// What matters of the lumps between the light and some of the points.
+    pub fn near(
+        &self,
+        context: &Context,
+        lamp: &Lamp,
+        places: impl Iterator<Item = usize> + Clone,
+    ) -> Sum<dyn Near> {
+        let from_light = |at: usize| get3(&self.rays.direction, at) * self.length[at];
+        let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let mut shortest = f32::INFINITY;
+        for at in places.clone() {
+            let point = from_light(at);
+            (min, max, shortest) = (min.min(point), max.max(point), shortest.min(self.length[at]));
+        }
+        let middle = 0.5 * (min + max);
+        let radius2 = places.map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
+        let radius = f64::from(radius2.sqrt()) * 1.000_001;
+        let origin = lamp.source.apex();
+        let center = origin + middle.as_dvec3();
+        // A light among the points: they lie all around it.
+        let (bundle, shortest) = match Bundle::toward_ball(origin, center, radius) {
+            Some(bundle) => (bundle, f64::from(shortest)),
+            None => (Bundle::all_around(origin, origin.distance(center) + radius), 0.0),
+        };
+        context.field.near_lumps(context.job.level, bundle, shortest, Purpose::Depth)
+    }
 }
 
 /// Radiance that the hits send towards the eye, given each light's depth to them.
@@ -106,13 +118,12 @@ fn radiance_in_lanes<S: Simd>(
         let normal = load3(simd, &hits.normal, at);
         let mut sum = material.emission;
         for (lamp, depth) in context.lamps.iter().zip(depths) {
-            let light = V3::lit(one, lamp.from_camera) - point;
-            let floor = least_distance(length);
-            let reflected = reflection(normal, direction, light, material.shininess, floor);
+            let light = lamp.from_camera.toward(point, least_distance(length));
+            let reflected = reflection(normal, direction, &light, material.shininess);
             let through = (-Lanes::load(simd, &depth[at..])).exp();
             let factor = material.diffuse.scale(reflected.diffuse)
                 + material.specular.scale(reflected.specular);
-            sum = sum + factor * V3::lit(one, lamp.intensity).scale(through);
+            sum = sum + factor * V3::lit(one, lamp.strength).scale(through);
         }
         sum.x.store(&mut radiance[0][at..]);
         sum.y.store(&mut radiance[1][at..]);

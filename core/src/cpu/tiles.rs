@@ -1,14 +1,52 @@
 //! Work on all tiles of a picture.
 
 use crate::frame::context::Context;
+use crate::frame::viewpoint::Grid;
+use crate::geometry::batch::{Row, TILE};
 use crate::progress::Interrupted;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// What is made of so many tiles, unless the job ends: then the rest is `blank`, which lets every
+/// Whole lines of a picture's tiles, whose light is formed together: what it takes in memory does not
+/// grow with the picture.
+#[derive(Clone, Debug)]
+pub struct Strip {
+    /// Its tiles.
+    pub tiles: Range<usize>,
+}
+
+impl Strip {
+    /// Lines of tiles that no strip cuts: a draft's fog is interpolated across as many.
+    const LINES: usize = 4;
+    /// Bytes of rows that stand at a time, but for those of edges.
+    const BYTES: usize = 512 << 20;
+
+    /// The strips of a picture of which each tile has so many rows of numbers: all of it, if they fit.
+    pub fn all(grid: Grid, rows: usize) -> Vec<Self> {
+        let line = grid.width.div_ceil(TILE);
+        let bytes = Self::LINES * line * rows * size_of::<Row>();
+        let step = Self::LINES * line * (Self::BYTES / bytes.max(1)).max(1);
+        let starts = (0..grid.count()).step_by(step);
+        starts.map(|first| Self { tiles: first..(first + step).min(grid.count()) }).collect()
+    }
+
+    /// Its lines of pixels.
+    pub fn lines(&self, grid: Grid) -> Range<usize> {
+        let line = |tile: usize| (tile / grid.width.div_ceil(TILE) * TILE).min(grid.height);
+        line(self.tiles.start)..line(self.tiles.end)
+    }
+
+    /// Where a tile of the picture stands in it.
+    pub fn place(&self, tile: usize) -> usize {
+        tile - self.tiles.start
+    }
+}
+
+/// What is made of some tiles, unless the job ends: then the rest is `blank`, which lets every
 /// tile be written at its place.
 pub fn tiles<T: Clone + Send + Sync>(
     context: &Context,
-    count: usize,
+    places: Range<usize>,
     blank: &T,
     work: impl Fn(usize) -> T + Sync + Send,
 ) -> Result<Vec<T>, Interrupted> {
@@ -17,6 +55,6 @@ pub fn tiles<T: Clone + Send + Sync>(
     const AT_ONCE: usize = 8;
     let is_over = || context.job.progress.is_over();
     let tile = |index| if is_over() { blank.clone() } else { work(index) };
-    let done = (0..count).into_par_iter().with_max_len(AT_ONCE).map(tile).collect();
+    let done = places.into_par_iter().with_max_len(AT_ONCE).map(tile).collect();
     context.job.progress.check().map(|()| done)
 }

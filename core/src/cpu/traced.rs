@@ -28,7 +28,7 @@ impl Traced {
             Some(count) if count > 1 => {
                 let none = Samples::default();
                 let of_tile = |index| Samples::new(context, &hits, index);
-                tiles(context, context.grid.count(), &none, of_tile)?
+                tiles(context, 0..context.grid.count(), &none, of_tile)?
             }
             _ => Vec::new(),
         };
@@ -57,7 +57,7 @@ fn first_hits(context: &Context) -> Result<Vec<Hits>, Interrupted> {
     let starts = std::array::from_fn(|row| row * TILE);
     let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
     let nothing = Hits::nothing(context.far_m);
-    tiles(context, context.grid.count(), &nothing, |index| {
+    tiles(context, 0..context.grid.count(), &nothing, |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
         trace::tile(context, index, &[rays], &order).pop().unwrap_or_else(|| nothing.clone())
     })

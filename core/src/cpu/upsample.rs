@@ -54,7 +54,7 @@ impl Low {
     /// [`Interrupted`] when the job's progress says so.
     pub fn render(
         context: &Context,
-        lamps: &[usize],
+        asked: &[usize],
         shaded: &[usize],
         hits: &[Hits],
     ) -> Result<Self, Interrupted> {
@@ -62,15 +62,18 @@ impl Low {
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
         context.job.progress.start(grid.count(), SHARE);
         let blank = (Hits::nothing(context.far_m), Fogged::clear(0), Vec::new());
-        let tiles = tiles(context, grid.count(), &blank, |index| {
+        let tiles = tiles(context, 0..grid.count(), &blank, |index| {
             let (rays, hits) = gather(context, hits, grid, index);
-            let fogged = fog::batch(context, lamps, &rays, &hits);
+            let fogged = fog::batch(context, asked, &rays, &hits);
             let depth = |i: &usize| shade::light_depth(context, &context.lamps[*i], &rays, &hits);
             let depths = shaded.iter().map(depth).collect();
             context.job.progress.advance();
             (hits, fogged, depths)
         });
-        let images = context.lamps.iter().filter_map(|l| context.viewpoint.project(l.from_camera));
+        let images = context
+            .lamps
+            .iter()
+            .filter_map(|lamp| context.viewpoint.project(lamp.from_camera.apex()));
         let glows = images.map(|at| (at.x, at.y)).collect();
         let mut low = Self { grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
         for (hits, fogged, depths) in tiles? {
@@ -85,12 +88,12 @@ impl Low {
     pub fn fog(
         &self,
         context: &Context,
-        lamps: &[usize],
+        asked: &[usize],
         index: usize,
         Ends { rays, hits }: Ends<'_>,
     ) -> Fogged {
         let around = self.around(context, index);
-        let mut fogged = Fogged::clear(lamps.len());
+        let mut fogged = Fogged::clear(asked.len());
         let missing = self.carry(context, index, &around, hits, true, |at, sources| {
             for (source, weight) in sources {
                 let (tile, place) = around.at[source];
@@ -102,7 +105,7 @@ impl Low {
             }
         });
         let Some((rays, hits)) = subset(context, rays, hits, &missing) else { return fogged };
-        let exact = fog::batch(context, lamps, &rays, &hits);
+        let exact = fog::batch(context, asked, &rays, &hits);
         for (from, at) in missing.into_iter().enumerate() {
             fogged.depth[at] = exact.depth[from];
             for (row, exact) in fogged.airlight.iter_mut().zip(&exact.airlight) {

@@ -5,11 +5,11 @@
 use super::light_table::{Fineness, LightTable};
 use crate::airlight::fogshop2007::{CenterDepths, Eye};
 use crate::kept::{Kept, Most, Same};
-use crate::media::{Field, Term};
+use crate::light::Source;
+use crate::media::{Bands, Field, Term};
 use crate::progress::{Interrupted, Progress};
 use crate::scene::{Blob, CheckedScene, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
-use glam::DVec3;
 use std::sync::Arc;
 
 /// Geometries, and fields: those of a few scenes that clients go to and fro between.
@@ -19,17 +19,17 @@ const SCENES: Most = Most { entries: 8, bytes: 256 << 20 };
 /// leaves some behind at every place.
 const AROUND_LIGHTS: Most = Most { entries: 256, bytes: 128 << 20 };
 
-/// A fog, and a place in it.
-type Place = (Same<Field>, DVec3);
+/// A fog, and where light comes from in it.
+type Lit = (Same<Field>, Source);
 
 /// Geometry, field, and what stands around lights, of the scenes that were used last.
 #[derive(Debug)]
 pub struct Cache {
     geometry: Kept<Vec<Surface>, Geometry>,
-    field: Kept<Vec<Term>, Field>,
-    to_light: Kept<Place, Vec<f64>>,
-    exact_to_light: Kept<Place, CenterDepths>,
-    tables: Kept<(Place, Fineness), Option<LightTable>>,
+    bands: Kept<Vec<Term>, Bands>,
+    to_light: Kept<Lit, Vec<f64>>,
+    exact_to_light: Kept<Lit, CenterDepths>,
+    tables: Kept<(Lit, Fineness), Option<LightTable>>,
 }
 
 impl Default for Cache {
@@ -38,8 +38,8 @@ impl Default for Cache {
             geometry: Kept::new(SCENES, |surfaces, geometry| {
                 surfaces.iter().map(bytes_of_surface).sum::<usize>() + geometry.bytes()
             }),
-            field: Kept::new(SCENES, |terms, field| {
-                terms.iter().map(bytes_of_term).sum::<usize>() + field.bytes()
+            bands: Kept::new(SCENES, |terms, bands| {
+                terms.iter().map(bytes_of_term).sum::<usize>() + bands.bytes()
             }),
             to_light: Kept::new(AROUND_LIGHTS, |_, depths| size_of_val(depths.as_slice())),
             exact_to_light: Kept::new(AROUND_LIGHTS, |_, depths| depths.bytes()),
@@ -64,16 +64,16 @@ impl Cache {
         self.geometry.get(scene.surfaces.as_slice(), progress, make)
     }
 
-    /// The scene's extinction.
+    /// The scene's extinction, band by band.
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
-    pub fn field(
+    pub fn bands(
         &self,
         scene: &CheckedScene,
         progress: &Progress,
-    ) -> Result<Arc<Field>, Interrupted> {
-        self.field.get(scene.fog.terms.as_slice(), progress, || Ok(Field::new(&scene.fog.terms)))
+    ) -> Result<Arc<Bands>, Interrupted> {
+        self.bands.get(scene.fog.terms.as_slice(), progress, || Ok(Bands::new(&scene.fog.terms)))
     }
 
     /// The blobs' depths from a light as pictures take them, which no move of the camera changes.
@@ -83,7 +83,7 @@ impl Cache {
     pub fn to_light(
         &self,
         field: &Arc<Field>,
-        light: DVec3,
+        light: Source,
         progress: &Progress,
         make: impl FnOnce() -> Result<Vec<f64>, Interrupted>,
     ) -> Result<Arc<Vec<f64>>, Interrupted> {
@@ -97,10 +97,10 @@ impl Cache {
     pub fn exact_to_light(
         &self,
         field: &Arc<Field>,
-        light: DVec3,
+        light: Source,
         progress: &Progress,
     ) -> Result<Arc<CenterDepths>, Interrupted> {
-        let make = || Ok(CenterDepths::new(field, Eye::Point(light)));
+        let make = || Ok(CenterDepths::new(field, Eye::Point(light.apex())));
         self.exact_to_light.get(&(Same::new(field), light), progress, make)
     }
 
@@ -111,7 +111,7 @@ impl Cache {
     pub fn light_table(
         &self,
         field: &Arc<Field>,
-        light: DVec3,
+        light: Source,
         fineness: Fineness,
         progress: &Progress,
         make: impl FnOnce() -> Result<Option<LightTable>, Interrupted>,

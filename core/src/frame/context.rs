@@ -2,9 +2,10 @@
 
 use super::light_table::LightTable;
 use super::viewpoint::{Grid, Viewpoint};
+use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
-use crate::airlight::{Estimator, Method};
-use crate::media::Field;
+use crate::light::Source;
+use crate::media::{Field, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
@@ -15,25 +16,38 @@ use std::sync::Arc;
 
 /// A light as the passes need it.
 pub struct Lamp {
-    /// Where it is [m].
-    pub position: DVec3,
-    /// The same relative to the camera [m].
-    pub from_camera: DVec3,
-    /// Radiant intensity [W/sr].
-    pub intensity: DVec3,
-    /// Intensity times the fog's albedo [W/sr].
-    pub scattered: DVec3,
-    /// For [`Method::Mapped`], where many blobs shade the light.
+    /// Where its light comes from.
+    pub source: Source,
+    /// The same, seen from the camera.
+    pub from_camera: Source,
+    /// Colour and strength.
+    pub strength: DVec3,
+    /// For the mapped airlight, where many blobs shade the light.
     pub table: Arc<Option<LightTable>>,
 }
 
-/// What every pass of a frame reads.
+/// What a group of terms scatters of a lamp.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter {
+    /// The lamp, by its place.
+    pub lamp: usize,
+    /// The group, by its place in the field.
+    pub group: usize,
+    /// Where its light goes.
+    pub phase: PhaseFunction,
+    /// The lamp's strength times the group's albedo.
+    pub colour: DVec3,
+}
+
+/// What every pass of a frame reads, in one band of colour.
 pub struct Context<'a> {
     /// What it is made with.
     pub job: Job<'a>,
     /// Surfaces.
     pub geometry: &'a Geometry,
-    /// Extinction.
+    /// Whether it is one of several.
+    pub is_band: bool,
+    /// Extinction in this band.
     pub field: &'a Arc<Field>,
     /// The camera.
     pub viewpoint: Viewpoint,
@@ -43,10 +57,10 @@ pub struct Context<'a> {
     pub far_m: f32,
     /// The enabled lights.
     pub lamps: Vec<Lamp>,
+    /// What is scattered, lamp by lamp: airlight is formed once for each.
+    pub scatters: Vec<Scatter>,
     /// The airlight estimator.
     pub method: Method,
-    /// The phase function.
-    pub phase: PhaseFunction,
     /// For the published airlight, one a lamp.
     pub lit_blobs: Vec<LitBlobs>,
     /// Diffuse, specular, emission and shininess of every surface.
@@ -71,23 +85,24 @@ impl<'a> Context<'a> {
         let grid = Grid { width: view.width as usize, height: view.height as usize };
         let viewpoint = Viewpoint::new(&scene.camera, grid.width, grid.height);
         let lamps = scene.lights().map(|(_, light)| {
-            let (position, intensity) = (light.position.vector(), light.intensity.vector());
-            let scattered = intensity * scene.fog.albedo.vector();
-            let from_camera = position - viewpoint.position;
-            Lamp { position, from_camera, intensity, scattered, table: Arc::default() }
+            let (source, strength) = (light.source(), light.strength());
+            let from_camera = source.seen_from(viewpoint.position);
+            Lamp { source, from_camera, strength, table: Arc::default() }
         });
-        let asked = view.estimator.unwrap_or(Estimator::Scene(scene.fog.airlight));
+        let (lamps, scatterings) = (lamps.collect::<Vec<_>>(), scene.fog.scatterings());
+        let asked = view.estimator.unwrap_or(scene.fog.airlight.into());
         let [r, g, b] = scene.background.0.map(|v| v as f32);
         Self {
             job: Job::new(progress),
             geometry,
+            is_band: false,
             field,
             viewpoint,
             grid,
             far_m: scene.far_m as f32,
-            lamps: lamps.collect(),
-            method: Method::new(asked, &scene.fog.phase, field),
-            phase: scene.fog.phase.function(),
+            scatters: scatters(&lamps, &scatterings),
+            method: asked.matched(&scatterings, field),
+            lamps,
             lit_blobs: Vec::new(),
             materials: geometry.materials.iter().map(numbers).collect(),
             background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
@@ -108,7 +123,7 @@ impl<'a> Context<'a> {
 
     /// Whether the mapped airlight is shown.
     pub fn is_mapped(&self) -> bool {
-        self.method == Method::Mapped && self.shows_airlight()
+        self.method == Method::Auto && self.shows_airlight()
     }
 
     /// Whether the layer shows lit surfaces.
@@ -126,7 +141,7 @@ impl<'a> Context<'a> {
     /// interpolates.
     pub fn interpolates(&self) -> bool {
         let for_the_eye = self.view.for_screen || self.view.quality == Quality::Draft;
-        for_the_eye && self.is_mapped() && !self.lamps.is_empty()
+        for_the_eye && self.is_mapped() && !self.scatters.is_empty()
     }
 
     /// Whether a draft computes fog for some of its pixels only.
@@ -135,6 +150,21 @@ impl<'a> Context<'a> {
             && !self.interpolates()
             && (self.shows_fog() || self.shows_surfaces())
     }
+}
+
+/// Every lamp with every group; what scatters nothing is left out.
+fn scatters(lamps: &[Lamp], scatterings: &[Scattering]) -> Vec<Scatter> {
+    let groups = || scatterings.iter().enumerate().filter(|(_, own)| own.albedo != DVec3::ZERO);
+    let of_lamp = |(lamp, light): (usize, &Lamp)| {
+        let strength = light.strength;
+        groups().map(move |(group, own)| Scatter {
+            lamp,
+            group,
+            phase: own.phase,
+            colour: strength * own.albedo,
+        })
+    };
+    lamps.iter().enumerate().flat_map(of_lamp).collect()
 }
 
 fn numbers(material: &Material) -> [f32; 10] {

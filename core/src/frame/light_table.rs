@@ -72,12 +72,12 @@ struct Window {
 
 impl Window {
     /// `None` if the light is among the blobs or close to them.
-    fn new(outline: &Outline, light: DVec3) -> Option<Self> {
+    fn new(outline: &Outline, apex: DVec3) -> Option<Self> {
         let Outline { min, max, .. } = *outline;
         let (middle, radius) = (0.5 * (min + max), 0.5 * min.distance(max));
-        let distance = middle.distance(light);
+        let distance = middle.distance(apex);
         let tangent = radius / (distance * distance - radius * radius).max(0.0).sqrt();
-        let toward = (middle - light).normalize_or_zero();
+        let toward = (middle - apex).normalize_or_zero();
         let (across, down) = toward.any_orthonormal_pair();
         (tangent < 1.0).then_some(Self { axes: [across, down, toward], reach: tangent })
     }
@@ -112,18 +112,18 @@ impl LightTable {
     pub fn new(
         job: &Job,
         field: &Field,
-        light: DVec3,
+        apex: DVec3,
         fineness: Fineness,
     ) -> Result<Option<Self>, Interrupted> {
-        let Some(mut table) = Self::empty(field, light, fineness) else { return Ok(None) };
-        table.fill(job, field, light)?;
+        let Some(mut table) = Self::empty(field, apex, fineness) else { return Ok(None) };
+        table.fill(job, field, apex)?;
         Ok(Some(table))
     }
 
     /// A table without its values.
-    fn empty(field: &Field, light: DVec3, Fineness(samples): Fineness) -> Option<Self> {
-        let outline = field.outline(light);
-        let window = Window::new(&outline, light);
+    fn empty(field: &Field, apex: DVec3, Fineness(samples): Fineness) -> Option<Self> {
+        let outline = field.outline(apex);
+        let window = Window::new(&outline, apex);
         let (faces, most_shells) =
             if window.is_some() { (1, MOST_SHELLS[1]) } else { (6, MOST_SHELLS[0]) };
         let reach = window.map_or(1.0, |window| window.reach);
@@ -147,7 +147,7 @@ impl LightTable {
         })
     }
 
-    fn fill(&mut self, job: &Job, field: &Field, light: DVec3) -> Result<(), Interrupted> {
+    fn fill(&mut self, job: &Job, field: &Field, apex: DVec3) -> Result<(), Interrupted> {
         let (wide, shells) = (self.side + 2, self.shells);
         let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
@@ -161,7 +161,7 @@ impl LightTable {
             for column in (0..wide).step_by(GROUP) {
                 let place = |i: usize| self.direction(face, row + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
-                for (i, shells_of) in group(job, field, light, &square, &t)?.into_iter().enumerate()
+                for (i, shells_of) in group(job, field, apex, &square, &t)?.into_iter().enumerate()
                 {
                     let (y, x) = (i / GROUP, column + i % GROUP);
                     let at = (y * wide + x) * shells;
@@ -337,14 +337,14 @@ fn cubic<N: Num>(x: N) -> [N; 4] {
 fn group(
     job: &Job,
     field: &Field,
-    light: DVec3,
+    apex: DVec3,
     square: &[DVec3],
     t: &[Each],
 ) -> Result<Vec<Vec<f32>>, Interrupted> {
     let longest = f64::from(t[t.len() - 1][0]);
-    let rays: Vec<_> = square.iter().map(|direction| (light, *direction)).collect();
+    let rays: Vec<_> = square.iter().map(|direction| (apex, *direction)).collect();
     let around = Bundle::around(&rays, longest);
-    let bundle = around.unwrap_or(Bundle::all_around(light, longest));
+    let bundle = around.unwrap_or(Bundle::all_around(apex, longest));
     let lumps = field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched();
     let mut all = Vec::with_capacity(square.len());
     let rows = (LUMPS_A_LOOK / lumps.terms().max(1)).max(1);

@@ -18,11 +18,11 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     let (field, job, eye) = (context.field, &context.job, context.viewpoint.eye());
     let to_eye = fogshop2007::depths(job, field, |center| eye.facing(center))?;
     let side = |lamp: &Lamp| {
-        let make = || fogshop2007::depths(job, field, |_| lamp.position);
-        let to_light = cache.to_light(field, lamp.position, job.progress, make)?;
+        let make = || fogshop2007::depths(job, field, |_| lamp.source.apex());
+        let to_light = cache.to_light(field, lamp.source, job.progress, make)?;
         job.progress.check()?;
-        let side = LightSide::new(field, eye, lamp.position, &to_eye, &to_light);
-        Ok(LitBlobs::new(field, lamp.position, side))
+        let side = LightSide::new(field, eye, lamp.source, &to_eye, &to_light);
+        Ok(LitBlobs::new(field, lamp.source, side))
     };
     context.lamps.iter().map(side).collect()
 }
@@ -39,10 +39,10 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     let fineness = Fineness::of(context.lamps.len());
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
-        let (field, light) = (context.field, lamp.position);
+        let (field, light) = (context.field, lamp.source);
         let make = || {
             makes = true;
-            LightTable::new(&context.job, field, light, fineness)
+            LightTable::new(&context.job, field, light.apex(), fineness)
         };
         cache.light_table(field, light, fineness, context.job.progress, make)
     };

@@ -38,11 +38,13 @@ pub struct Frame {
     pub width: usize,
     /// Rows of pixels.
     pub height: usize,
+    /// Numbers a pixel has.
+    pub channels: usize,
     /// What the numbers are.
     pub layer: Layer,
     /// Where it is seen from.
     pub camera: Camera,
-    /// `[height][width][layer.channels()]`, top row first; empty if the frame is `shown`.
+    /// `[height][width][channels]`, top row first; empty if the frame is `shown`.
     pub pixels: Vec<f32>,
     /// What a screen shows, `[height][width][3]` in sRGB, where the backend has formed that.
     pub shown: Option<Vec<u8>>,

@@ -106,10 +106,15 @@ impl Viewpoint {
 /// The rays of a tile, compiled for this machine's lanes.
 #[inline(always)]
 fn fill<S: Simd>(_simd: S, viewpoint: &Viewpoint, tile: Tile, shift: DVec2, rays: &mut Rays) {
-    for place in 0..SIZE {
-        let (x, y) = tile.pixel(place);
-        rays.push_ray(viewpoint.ray(DVec2::new(x as f64, y as f64) + shift));
+    // Row by row and at fixed places: so the compiler sees lanes.
+    for row in 0..TILE {
+        let y = (tile.y + row) as f64 + shift.y;
+        for column in 0..TILE {
+            let ray = viewpoint.ray(DVec2::new((tile.x + column) as f64 + shift.x, y));
+            rays.set_ray(row * TILE + column, ray);
+        }
     }
+    rays.count = SIZE;
 }
 
 /// A square of pixels.

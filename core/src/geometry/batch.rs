@@ -66,12 +66,18 @@ impl Rays {
     }
 
     /// Appends a ray: its start relative to the viewpoint and its unit direction.
-    pub fn push_ray(&mut self, (offset, direction): (DVec3, DVec3)) {
-        for k in 0..3 {
-            self.direction[k][self.count] = direction[k] as f32;
-            self.offset[k][self.count] = offset[k] as f32;
-        }
+    pub fn push_ray(&mut self, ray: (DVec3, DVec3)) {
+        self.set_ray(self.count, ray);
         self.count += 1;
+    }
+
+    /// Sets the ray at a place.
+    #[inline(always)]
+    pub fn set_ray(&mut self, at: usize, (offset, direction): (DVec3, DVec3)) {
+        for k in 0..3 {
+            self.direction[k][at] = direction[k] as f32;
+            self.offset[k][at] = offset[k] as f32;
+        }
     }
 
     /// Repeats the last ray to the end, so that whole registers may be read.

@@ -1,22 +1,28 @@
 //! What a frame's passes read, brought to the device: the scene's lists relative to the camera, and
-//! its triangles, which are kept while the surfaces stay the same.
+//! its triangles. All are kept while what they are made from stays the same.
 
 use super::compose::HAZE_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
-    self, Anchor, Blob, Extent, Lamp, Material, Shape, Smooth, Tolerance, Triangle, View,
+    self, Anchor, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Tolerance, Triangle, View,
 };
-use crate::airlight::Method;
+use crate::airlight::fogshop2007::Eye;
+use crate::airlight::{Method, sun2005};
+use crate::frame::cache::Cache;
 use crate::frame::context::Context;
 use crate::frame::light_table::LightTable;
+use crate::frame::lights::light_sides;
 use crate::frame::samples;
 use crate::frame::tolerance::{self, THIN};
 use crate::frame::viewpoint::Grid;
-use crate::media::PICTURE_LOSS;
+use crate::kept::{Kept, Most, Same};
+use crate::light::Source;
+use crate::media::gaussians::Gaussian;
+use crate::media::{Field, Media, PICTURE_LOSS};
 use crate::quadrature::gauss_legendre;
 use crate::shapes::{Geometry, Solid};
-use glam::{DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
-use std::sync::LazyLock;
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
+use std::sync::{Arc, LazyLock};
 use wgpu::{BindingResource, BufferUsages};
 
 /// Depth at which triangles are cut off in front of the camera [m].
@@ -50,9 +56,10 @@ impl Table {
     /// # Errors
     /// Where there is no memory for it.
     pub fn new(device: &Device, table: &LightTable) -> Result<Self, Failure> {
-        let [across, down, toward] = table.axes().map(|axis| axis.as_vec3().extend(0.0));
-        let toward = toward.with_w(table.reach());
-        let extent = Extent { across, down, toward, scale: Vec4::from_array(table.scale()) };
+        let [across, down, toward] = table.axes().map(|axis| axis.as_vec3());
+        let [first, density, side, shells] = table.scale();
+        let reach = table.reach();
+        let extent = Extent { across, reach, down, first, toward, density, side, shells };
         let means: &[u8] = bytemuck::cast_slice(table.values());
         Ok(Self {
             extent: device.filled(&layout::one(&extent), BufferUsages::UNIFORM)?,
@@ -69,14 +76,10 @@ impl Triangles {
     pub fn new(device: &Device, geometry: &Geometry) -> Result<Self, Failure> {
         let corners = geometry.triangles.iter().map(|triangle| {
             let [a, b, c] = triangle.corners;
-            Triangle {
-                a: a.extend(layout::bits(triangle.surface)),
-                b: b.extend(layout::bits(triangle.smooth)),
-                c: c.extend(0.0),
-            }
+            Triangle { a, surface: triangle.surface, b, normals: triangle.smooth, c }
         });
         let normals = geometry.smooth.iter().map(|normals| {
-            let [a, b, c] = normals.map(|normal| normal.extend(0.0));
+            let [a, b, c] = *normals;
             Smooth { a, b, c }
         });
         let list = |bytes: Vec<u8>| device.filled(&bytes, BufferUsages::STORAGE);
@@ -86,31 +89,6 @@ impl Triangles {
             count: geometry.triangles.len() as u32,
         })
     }
-}
-
-/// The lists of one frame.
-#[derive(Debug)]
-pub struct Lists {
-    /// Where triangles are relative to.
-    pub anchor: Buffer,
-    /// Planes, spheres and boxes.
-    pub shapes: Buffer,
-    /// How many.
-    pub shape_count: u32,
-    /// Lights.
-    pub lamps: Buffer,
-    /// The media that stand in closed form, one list each.
-    haze: Vec<Buffer>,
-    /// Gaussians.
-    pub blobs: Buffer,
-    /// For the published airlight: what each light does to each of them.
-    pub lit: Buffer,
-    /// Materials, the background behind them.
-    pub materials: Buffer,
-    /// Abscissae and weights of Gauss–Legendre rules, one rule after the other.
-    pub rules: Buffer,
-    /// What a patch of the mapped airlight may miss.
-    pub tolerance: Buffer,
 }
 
 /// Nodes of the rules that shaders choose from.
@@ -125,50 +103,198 @@ static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
     layout::list(SIZES.into_iter().flat_map(rule).collect())
 });
 
-fn tolerance(context: &Context) -> Tolerance {
-    let t = tolerance::Tolerance::new(&context.view, context.field.lumps());
-    Tolerance {
-        whole: Vec4::new(t.near, t.hidden, t.wide, t.rough as f32),
-        rule: Vec4::new(t.agree as f32, t.unmet as f32, 0.0, 0.0),
-        layers: Vec4::new(t.layer, THIN, 0.0, 0.0),
+/// Planes, spheres and boxes.
+#[derive(Debug)]
+pub struct Shapes {
+    /// The list.
+    pub list: Buffer,
+    /// How many.
+    pub count: u32,
+}
+
+/// What the published airlight knows of the lamps.
+#[derive(Debug)]
+pub struct Lit {
+    /// What each light does to each blob.
+    list: Buffer,
+    /// Share of each light's homogeneous part that the blobs let through.
+    shares: Vec<f32>,
+}
+
+/// A fog as it is seen from a place.
+type Seen = (Same<Field>, DVec3);
+
+/// Lists of pictures that clients go to and fro between. Each is counted among the device's bytes.
+const LISTS: Most = Most { entries: 8, bytes: usize::MAX };
+
+/// What a device keeps from frame to frame, by what it is made from: while the camera rests nothing but
+/// the lamps' colours is uploaded, and under a moving one what does not depend on it stays.
+#[derive(Debug)]
+pub struct KeptLists {
+    shapes: Kept<(Same<Geometry>, DVec3), Shapes>,
+    materials: Kept<(Same<Geometry>, [f32; 10]), Buffer>,
+    haze: Kept<Seen, Vec<Buffer>>,
+    blobs: Kept<(Seen, bool), Buffer>,
+    lit: Kept<(Same<Field>, Eye, Vec<Source>), Lit>,
+    rules: Kept<usize, Buffer>,
+}
+
+impl Default for KeptLists {
+    fn default() -> Self {
+        Self {
+            shapes: Kept::new(LISTS, |_, _| 0),
+            materials: Kept::new(LISTS, |_, _| 0),
+            haze: Kept::new(LISTS, |_, _| 0),
+            blobs: Kept::new(LISTS, |_, _| 0),
+            lit: Kept::new(LISTS, |_, _| 0),
+            rules: Kept::new(LISTS, |_, _| 0),
+        }
     }
+}
+
+impl KeptLists {
+    /// Lets go of all.
+    pub fn clear(&self) {
+        self.shapes.clear();
+        self.materials.clear();
+        self.haze.clear();
+        self.blobs.clear();
+        self.lit.clear();
+        self.rules.clear();
+    }
+}
+
+/// The lists of one frame.
+#[derive(Debug)]
+pub struct Lists {
+    /// Where triangles are relative to.
+    pub anchor: Buffer,
+    /// Planes, spheres and boxes.
+    pub shapes: Arc<Shapes>,
+    /// Lights.
+    pub lamps: Buffer,
+    /// What is scattered of them.
+    pub scatters: Buffer,
+    /// The media that stand in closed form, one list each.
+    haze: Arc<Vec<Buffer>>,
+    /// Gaussians.
+    pub blobs: Arc<Buffer>,
+    /// For the published airlight.
+    lit: Arc<Lit>,
+    /// Materials, the background behind them.
+    pub materials: Arc<Buffer>,
+    /// Abscissae and weights of Gauss–Legendre rules, one rule after the other.
+    pub rules: Arc<Buffer>,
+    /// What a patch of the mapped airlight may miss.
+    pub tolerance: Buffer,
 }
 
 impl Lists {
     /// Of a frame.
     ///
     /// # Errors
-    /// Where there is no memory for them.
-    pub fn new(device: &Device, context: &Context) -> Result<Self, Failure> {
+    /// Where there is no memory for them, or the job ends.
+    pub fn new(
+        device: &Device,
+        kept: &KeptLists,
+        context: &Context,
+        (cache, geometry): (&Cache, &Arc<Geometry>),
+    ) -> Result<Self, Failure> {
+        let progress = context.job.progress;
         let list = |bytes: Vec<u8>| device.filled(&bytes, BufferUsages::STORAGE);
         let position = context.viewpoint.position;
         let shift = (context.geometry.anchor - position).as_vec3();
-        let anchor = layout::one(&Anchor { shift: shift.extend(0.0) });
-        let shapes = shapes(context.geometry, position);
-        let rows = context.field.media().rows(position).into_iter();
-        let lit: Vec<Vec4> = context.lit_blobs.iter().flat_map(|lit| lit.rows()).collect();
+        let on_scene = (Same::new(geometry), position);
+        let shapes = || -> Result<_, Failure> {
+            let shapes = shapes(context.geometry, position);
+            Ok(Shapes { count: shapes.len() as u32, list: list(layout::list(shapes))? })
+        };
+        let of_scene = (Same::new(geometry), context.background);
+        let seen = (Same::new(context.field), position);
+        let haze = || haze(context).into_iter().map(list).collect();
+        let is_mapped = context.method == Method::Auto;
+        let lit = lit(device, kept, context, cache)?;
         Ok(Self {
-            anchor: device.filled(&anchor, BufferUsages::UNIFORM)?,
-            shape_count: shapes.len() as u32,
-            shapes: list(layout::list(shapes))?,
+            anchor: device.filled(&layout::one(&Anchor { shift }), BufferUsages::UNIFORM)?,
+            shapes: kept.shapes.get(&on_scene, progress, shapes)?,
             lamps: list(layout::list(lamps(context)))?,
-            haze: rows.map(|(_, rows)| list(layout::list(rows))).collect::<Result<_, _>>()?,
-            blobs: list(layout::list(blobs(context)))?,
-            lit: list(layout::list(lit))?,
-            materials: list(layout::list(materials(context)))?,
-            rules: device.filled(&RULES, BufferUsages::STORAGE)?,
+            scatters: list(layout::list(scatters(context, &lit.shares)))?,
+            haze: kept.haze.get(&seen, progress, haze)?,
+            blobs: kept
+                .blobs
+                .get(&(seen, is_mapped), progress, || list(layout::list(blobs(context))))?,
+            lit,
+            materials: kept
+                .materials
+                .get(&of_scene, progress, || list(layout::list(materials(context))))?,
+            rules: kept.rules.get(&0, progress, || device.filled(&RULES, BufferUsages::STORAGE))?,
             tolerance: device.filled(&layout::one(&tolerance(context)), BufferUsages::UNIFORM)?,
         })
     }
-}
 
-impl Lists {
     /// What `fogbank::haze` reads, under its numbers.
     pub fn haze(&self) -> impl Iterator<Item = (u32, BindingResource<'_>)> {
         (HAZE_BINDING..)
-            .zip(&self.haze)
+            .zip(self.haze.iter())
             .map(|(binding, list)| (binding, list.handle.as_entire_binding()))
     }
+
+    /// For the published airlight: what each light does to each blob.
+    pub fn lit(&self) -> &Buffer {
+        &self.lit.list
+    }
+}
+
+/// For the published airlight; empty for all others.
+fn lit(
+    device: &Device,
+    kept: &KeptLists,
+    context: &Context,
+    cache: &Cache,
+) -> Result<Arc<Lit>, Failure> {
+    let sources = context.lamps.iter().map(|lamp| lamp.source).collect();
+    let is_lit = context.method == Method::Fogshop2007 && context.shows_airlight();
+    let sources = if is_lit { sources } else { Vec::new() };
+    let key = (Same::new(context.field), context.viewpoint.eye(), sources);
+    kept.lit.get(&key, context.job.progress, || {
+        let sides = light_sides(context, cache)?;
+        let rows: Vec<Vec4> = sides.iter().flat_map(|lit| lit.rows()).collect();
+        Ok(Lit {
+            list: device.filled(&layout::list(rows), BufferUsages::STORAGE)?,
+            shares: sides.iter().map(|lit| lit.homogeneous_factor as f32).collect(),
+        })
+    })
+}
+
+fn tolerance(context: &Context) -> Tolerance {
+    let t = tolerance::Tolerance::new(&context.view, context.field.lumps());
+    Tolerance {
+        near: t.near,
+        hidden: t.hidden,
+        wide: t.wide,
+        rough: t.rough as f32,
+        agree: t.agree as f32,
+        unmet: t.unmet as f32,
+        layer: t.layer,
+        thin: THIN,
+    }
+}
+
+/// Rows of the media in closed form, a list each: the groups one after the other, the group behind each row.
+fn haze(context: &Context) -> Vec<Vec<u8>> {
+    let camera = context.viewpoint.position;
+    let by_group: Vec<_> = context.field.groups().iter().map(|media| media.rows(camera)).collect();
+    let list = |medium: usize| {
+        let rows = by_group
+            .iter()
+            .enumerate()
+            .flat_map(|(group, media)| media[medium].1.iter().map(move |row| (*row, group as u32)));
+        let bytes = |(row, group): (Vec4, u32)| {
+            [bytemuck::bytes_of(&row.to_array()), &group.to_le_bytes()].concat()
+        };
+        rows.flat_map(bytes).collect()
+    };
+    (0..by_group[0].len()).map(list).collect()
 }
 
 /// Planes, spheres and boxes relative to the camera.
@@ -177,7 +303,7 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
     let planes = geometry.planes.iter().map(|plane| {
         let height = plane.normal.dot(plane.point + shift) as f32;
         let first = plane.normal.as_vec3().extend(height);
-        Shape { first, second: Vec4::ZERO, kind: UVec4::new(0, plane.surface, 0, 0) }
+        Shape { first, second: Vec4::ZERO, kind: 0, surface: plane.surface }
     });
     let place = |local: Vec3| local.as_dvec3() + shift;
     let solids = geometry.solids.iter().filter_map(|solid| match *solid {
@@ -188,51 +314,69 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
             Some(Shape {
                 first: center.as_vec3().extend(radius),
                 second: Vec3::ZERO.extend(power as f32),
-                kind: UVec4::new(1, surface, 0, 0),
+                kind: 1,
+                surface,
             })
         }
         Solid::Box { min, max, surface } => Some(Shape {
             first: place(min).as_vec3().extend(0.0),
             second: place(max).as_vec3().extend(0.0),
-            kind: UVec4::new(2, surface, 0, 0),
+            kind: 2,
+            surface,
         }),
     });
     planes.chain(solids).collect()
 }
 
 fn lamps(context: &Context) -> Vec<Lamp> {
-    let lamp = |(i, lamp): (usize, &crate::frame::context::Lamp)| {
-        let position = lamp.from_camera.as_vec3();
-        let seen = context.lit_blobs.get(i).map_or(1.0, |lit| lit.homogeneous_factor as f32);
-        Lamp {
-            position: position.extend(position.length()),
-            intensity: lamp.intensity.as_vec3().extend(seen),
-            scattered: lamp.scattered.as_vec3().extend(0.0),
-        }
+    let lamp = |lamp: &crate::frame::context::Lamp| {
+        let position = lamp.from_camera.apex().as_vec3();
+        Lamp { position, distance_m: position.length(), strength: lamp.strength.as_vec3() }
     };
-    context.lamps.iter().enumerate().map(lamp).collect()
+    context.lamps.iter().map(lamp).collect()
+}
+
+/// `seen` is the share of each lamp's light that the blobs let through, if that is known.
+fn scatters(context: &Context, seen: &[f32]) -> Vec<Scatter> {
+    let share = |lamp: usize, group: usize| match context.method {
+        Method::Sun2005 => sun2005::share(context.field, group) as f32,
+        _ => seen.get(lamp).copied().unwrap_or(1.0),
+    };
+    let scatter = |scatter: &crate::frame::context::Scatter| Scatter {
+        colour: scatter.colour.as_vec3(),
+        g: scatter.phase.g as f32,
+        lamp: scatter.lamp as u32,
+        group: scatter.group as u32,
+        share: share(scatter.lamp, scatter.group),
+    };
+    context.scatters.iter().map(scatter).collect()
 }
 
 fn blobs(context: &Context) -> Vec<Blob> {
-    let blobs = context.field.media().gaussians.all();
     // All that are left out weigh less than a picture may lose; where fog is nothing but the tails of
     // blobs, light is scattered by them.
-    let all = if context.method == Method::Mapped { TAILS } else { PICTURE_LOSS };
-    let loss = all / blobs.len().max(1) as f64;
-    let blob = |blob: &crate::media::gaussians::Gaussian| {
-        let place = (blob.center - context.viewpoint.position) * blob.a;
-        let weight = Vec4::new(blob.half_depth() as f32, blob.reach(loss) as f32, 0.0, 0.0);
-        Blob { place: place.as_vec3().extend(blob.a as f32), weight }
+    let all = if context.method == Method::Auto { TAILS } else { PICTURE_LOSS };
+    let loss = all / context.field.lumps().max(1) as f64;
+    let of_group = |(group, media): (usize, &Media)| {
+        let blob = |blob: &Gaussian| Blob {
+            place: ((blob.center - context.viewpoint.position) * blob.a).as_vec3(),
+            a: blob.a as f32,
+            half_depth: blob.half_depth() as f32,
+            reach_m: blob.reach(loss) as f32,
+            group: group as u32,
+        };
+        media.gaussians.all().iter().map(blob).collect::<Vec<_>>()
     };
-    blobs.iter().map(blob).collect()
+    context.field.groups().iter().enumerate().flat_map(of_group).collect()
 }
 
 fn materials(context: &Context) -> Vec<Material> {
     let all = context.materials.iter().chain([&context.background]);
     let material = |m: &[f32; 10]| Material {
-        diffuse: Vec4::new(m[0], m[1], m[2], m[9]),
-        specular: Vec4::new(m[3], m[4], m[5], 0.0),
-        emission: Vec4::new(m[6], m[7], m[8], 0.0),
+        diffuse: Vec3::new(m[0], m[1], m[2]),
+        shininess: m[9],
+        specular: Vec3::new(m[3], m[4], m[5]),
+        emission: Vec3::new(m[6], m[7], m[8]),
     };
     all.map(material).collect()
 }
@@ -242,18 +386,24 @@ fn materials(context: &Context) -> Vec<Material> {
 pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> View {
     let viewpoint = &context.viewpoint;
     let (right, up) = viewpoint.half_axes();
-    let (width, height) = (context.grid.width as f32, context.grid.height as f32);
-    let [r, g, b] = context.ambient;
-    let counts = [step, context.field.lumps(), context.lamps.len()].map(|count| count as u32);
     let exposure = context.view.exposure_ev.exp2() as f32;
-    let weighing = if samples::weighs(&context.view) { exposure } else { 0.0 };
+    let pixels = |grid: Grid| Vec2::new(grid.width as f32, grid.height as f32);
     View {
-        forward: viewpoint.forward.as_vec3().extend(context.far_m),
-        right: right.as_vec3().extend(sample.x as f32),
-        up: up.as_vec3().extend(sample.y as f32),
-        size: Vec4::new(width, height, targets.width as f32, targets.height as f32),
-        ambient: Vec4::new(r, g, b, 0.0),
-        optics: Vec4::new(context.phase.g as f32, CUT_OFF, weighing, exposure),
-        counts: UVec4::new(u32::from(viewpoint.parallel), counts[0], counts[1], counts[2]),
+        forward: viewpoint.forward.as_vec3(),
+        far_m: context.far_m,
+        right: right.as_vec3(),
+        sample_x: sample.x as f32,
+        up: up.as_vec3(),
+        sample_y: sample.y as f32,
+        size: pixels(context.grid),
+        targets: pixels(targets),
+        ambient: Vec3::from(context.ambient),
+        cut_off_m: CUT_OFF,
+        weighing: if samples::weighs(&context.view) { exposure } else { 0.0 },
+        exposure,
+        parallel: u32::from(viewpoint.parallel),
+        step: step as u32,
+        blobs: context.field.lumps() as u32,
+        scatters: context.scatters.len() as u32,
     }
 }

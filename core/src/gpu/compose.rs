@@ -19,15 +19,21 @@ macro_rules! sources {
 /// The number of the first binding of [`haze`], a list a medium; behind those of every pass.
 pub const HAZE_BINDING: u32 = 20;
 
-/// The module `fogbank::haze`, which sums up the media that stand in closed form, row by row.
+/// The module `fogbank::haze`, which sums up the media that stand in closed form, row by row. Behind each
+/// row stands the group of terms that it belongs to.
 static HAZE: LazyLock<String> = LazyLock::new(|| {
     let media = Media::default().rows(DVec3::ZERO);
     let stems = || media.iter().map(|(stem, _)| *stem);
     let each = |text: &str| stems().map(|stem| text.replace("STEM", stem)).collect::<String>();
+    let structs = each("struct Grouped_STEM { row: STEM::Row, group: u32 }\n");
     let sum = |name: &str, parameters: &str, arguments: &str, kind: &str| {
+        let is_own =
+            if parameters.starts_with("group") { "STEM_rows[i].group == group" } else { "true" };
         let loops = each(&format!(
             "    for (var i = 0u; i < arrayLength(&STEM_rows); i++) {{
-        sum += STEM::{name}(STEM_rows[i]{arguments});
+        if {is_own} {{
+            sum += STEM::{name}(STEM_rows[i].row{arguments});
+        }}
     }}\n"
         ));
         format!(
@@ -36,14 +42,15 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
     };
     let bindings = stems().zip(HAZE_BINDING..).map(|(stem, binding)| {
         format!(
-            "@group(0) @binding({binding}) var<storage, read> {stem}_rows: array<{stem}::Row>;\n"
+            "@group(0) @binding({binding}) var<storage, read> {stem}_rows: array<Grouped_{stem}>;\n"
         )
     });
     [
         "#define_import_path fogbank::haze\n".to_owned(),
         each("#import fogbank::media::STEM\n"),
+        structs,
         bindings.collect(),
-        sum("extinction", "point: vec3<f32>", ", point", "f32"),
+        sum("extinction", "group: u32, point: vec3<f32>", ", point", "f32"),
         sum("mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
         sum("bounds", "", "", "vec2<f32>"),
         "fn depth(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
@@ -57,7 +64,7 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
             .to_owned(),
         each(
             "    if i < STEM::EDGES * arrayLength(&STEM_rows) {
-        let row = STEM_rows[i / max(STEM::EDGES, 1u)];
+        let row = STEM_rows[i / max(STEM::EDGES, 1u)].row;
         return STEM::edge(row, i % max(STEM::EDGES, 1u), origin, direction);
     }
     i -= STEM::EDGES * arrayLength(&STEM_rows);\n",
@@ -92,6 +99,9 @@ const MODULES: &[(&str, &str)] = &sources![
     "mapped/light_table",
 ];
 
+/// What passes import that itself imports `fogbank::haze`.
+const MODULES_WITH_HAZE: &[(&str, &str)] = &sources!["mapped/section"];
+
 macro_rules! passes {
     ($($(#[$doc:meta])* $name:ident = $stem:literal),* $(,)?) => {
         /// A pass over the picture.
@@ -125,8 +135,6 @@ passes! {
     Shapes = "shapes",
     /// What stands in closed form along view rays.
     Haze = "haze",
-    /// Blobs along view rays, as quads that add up.
-    BlobQuads = "blob_quads",
     /// Blobs along view rays, tile by tile.
     BlobTiles = "blob_tiles",
     /// Airlight by the mapped rule, patch by patch.
@@ -185,7 +193,6 @@ fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
         Pass::Triangles | Pass::Shapes => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
         Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
-        Pass::BlobQuads => vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]]],
         Pass::BlobTiles => {
             vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
         }
@@ -226,9 +233,9 @@ pub fn compositions() -> Vec<Composition> {
 /// What is wrong with the text, and where.
 pub fn module(key: &Composition) -> Result<Module, String> {
     let mut composer = Composer::default();
-    let modules = MODULES.iter().copied();
-    // The media stand in front of the sum of them, and passes behind.
-    for (path, source) in modules.chain([("haze", HAZE.as_str())]) {
+    // The media stand in front of the sum of them, and behind it what sees them as one.
+    let haze = [("haze", HAZE.as_str())];
+    for (path, source) in [MODULES, &haze, MODULES_WITH_HAZE].concat() {
         let descriptor =
             ComposableModuleDescriptor { source, file_path: path, ..Default::default() };
         let added = composer.add_composable_module(descriptor).map(drop);

@@ -10,8 +10,9 @@ use super::timer::{Timer, Times};
 use crate::frame::context::Context;
 use crate::frame::samples::{self, CENTER};
 use crate::frame::viewpoint::Grid;
-use crate::request::Quality;
-use glam::{DVec2, UVec4};
+use crate::request::{Layer, Quality};
+use glam::DVec2;
+use std::ops::Range;
 use std::sync::Arc;
 use wgpu::{BindingResource, BufferUsages, LoadOp, StoreOp, SubmissionIndex};
 
@@ -29,6 +30,21 @@ pub enum Picture {
     Linear(Vec<f32>),
     /// `[height][width][3]`, for a screen.
     Screen(Vec<u8>),
+}
+
+impl Picture {
+    /// Of one band, or of red, green and blue, each of which gives its own channel.
+    pub fn of_bands(mut bands: Vec<Self>, layer: Layer) -> Option<Self> {
+        let (own, all) = (layer.channels(1), layer.channels(3));
+        match bands.as_slice() {
+            [Self::Linear(red), Self::Linear(green), Self::Linear(blue)] if all == 3 => {
+                let at = |pixel: usize, k: usize| pixel * own + k.min(own - 1);
+                let rgb = |i| [red[at(i, 0)], green[at(i, 1)], blue[at(i, 2)]];
+                Some(Self::Linear((0..red.len() / own).flat_map(rgb).collect()))
+            }
+            _ => bands.pop(),
+        }
+    }
 }
 
 /// The pixels that a pass over blobs takes.
@@ -188,14 +204,14 @@ impl<'a> Recorder<'a> {
     }
 
     /// Parts of the list of blobs that one dispatch takes.
-    pub fn spans(&self) -> Vec<std::ops::Range<u32>> {
+    pub fn spans(&self) -> Vec<Range<u32>> {
         let count = self.context.field.lumps() as u32;
         let starts = (0..count).step_by(BLOBS_A_DISPATCH as usize);
         starts.map(|start| start..(start + BLOBS_A_DISPATCH).min(count)).collect()
     }
 
-    pub fn span(&self, range: [u32; 4]) -> Result<Buffer, Failure> {
-        let span = Span { range: UVec4::from_array(range) };
+    pub fn span(&self, part: Range<u32>, [lamp, slot]: [u32; 2]) -> Result<Buffer, Failure> {
+        let span = Span { first: part.start, end: part.end, lamp, slot };
         self.gpu.device.filled(&layout::one(&span), BufferUsages::UNIFORM)
     }
 
@@ -246,7 +262,7 @@ impl Targets {
             gpu.device.buffer(16 * (grid.width * grid.height) as u64, usage)
         };
         let is_low = is_low(context) && context.shows_fog();
-        let computes = context.shows_fog() && gpu.lists_blobs() || context.is_mapped() || is_low;
+        let computes = context.shows_fog() || context.is_mapped();
         Ok(Self {
             hits: target(LIGHT)?,
             surfaces: target(NUMBER)?,

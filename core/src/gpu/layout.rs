@@ -1,12 +1,12 @@
-//! What the shaders read, as they read it: structs of rows of four numbers, places relative to the
+//! What the shaders read, as they read it: structs, places relative to the
 //! camera. `shaders/` documents each field; a test holds the two against each other.
 
 use encase::ShaderType;
 use encase::internal::WriteInto;
 use encase::{StorageBuffer, UniformBuffer};
-use glam::{UVec4, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
-/// A struct of rows, its twin in WGSL, and the names of its fields.
+/// A struct, its twin in WGSL, and the names of its fields.
 macro_rules! rows {
     ($($(#[$doc:meta])* $name:ident in $module:literal { $($field:ident: $row:ty),* })*) => {
         $(
@@ -34,30 +34,43 @@ macro_rules! rows {
 rows! {
     /// The camera, the picture and the fog's own numbers.
     View in "fogbank::view" {
-        forward: Vec4, right: Vec4, up: Vec4, size: Vec4, ambient: Vec4, optics: Vec4, counts: UVec4
+        forward: Vec3, far_m: f32, right: Vec3, sample_x: f32, up: Vec3, sample_y: f32,
+        size: Vec2, targets: Vec2, ambient: Vec3, cut_off_m: f32, weighing: f32, exposure: f32,
+        parallel: u32, step: u32, blobs: u32, scatters: u32
     }
     /// A part of a list that one dispatch works on.
-    Span in "fogbank::view" { range: UVec4 }
+    Span in "fogbank::view" { first: u32, end: u32, lamp: u32, slot: u32 }
     /// A point light.
-    Lamp in "fogbank::lamp" { position: Vec4, intensity: Vec4, scattered: Vec4 }
+    Lamp in "fogbank::lamp" { position: Vec3, distance_m: f32, strength: Vec3 }
+    /// What a group of terms scatters of a lamp.
+    Scatter in "fogbank::lamp" { colour: Vec3, g: f32, lamp: u32, group: u32, share: f32 }
     /// A Gaussian.
-    Blob in "fogbank::media::gaussians" { place: Vec4, weight: Vec4 }
+    Blob in "fogbank::media::gaussians" {
+        place: Vec3, a: f32, half_depth: f32, reach_m: f32, group: u32
+    }
     /// What a surface is made of.
-    Material in "fogbank::surface::attenuated" { diffuse: Vec4, specular: Vec4, emission: Vec4 }
+    Material in "fogbank::surface::attenuated" {
+        diffuse: Vec3, shininess: f32, specular: Vec3, emission: Vec3
+    }
     /// A triangle, relative to the anchor.
-    Triangle in "triangles" { a: Vec4, b: Vec4, c: Vec4 }
+    Triangle in "triangles" { a: Vec3, surface: u32, b: Vec3, normals: u32, c: Vec3 }
     /// Normals at a triangle's corners.
-    Smooth in "triangles" { a: Vec4, b: Vec4, c: Vec4 }
+    Smooth in "triangles" { a: Vec3, b: Vec3, c: Vec3 }
     /// Where triangles are relative to.
-    Anchor in "triangles" { shift: Vec4 }
+    Anchor in "triangles" { shift: Vec3 }
+    /// The work of a dispatch of the mapped airlight.
+    Task in "mapped" { scatter: u32, side: u32, group: u32, g: f32 }
     /// What a patch of the mapped airlight may miss.
-    Tolerance in "fogbank::mapped::patch" { whole: Vec4, rule: Vec4, layers: Vec4 }
+    Tolerance in "fogbank::mapped::patch" {
+        near: f32, hidden: f32, wide: f32, rough: f32, agree: f32, unmet: f32, layer: f32, thin: f32
+    }
     /// What a light's table covers.
     Extent in "fogbank::mapped::light_table" {
-        across: Vec4, down: Vec4, toward: Vec4, scale: Vec4
+        across: Vec3, reach: f32, down: Vec3, first: f32, toward: Vec3, density: f32, side: f32,
+        shells: f32
     }
     /// A plane, a sphere or a box.
-    Shape in "shapes" { first: Vec4, second: Vec4, kind: UVec4 }
+    Shape in "shapes" { first: Vec4, second: Vec4, kind: u32, surface: u32 }
 }
 
 /// A list as a shader's `array` reads it; one empty element stands for none.
@@ -77,11 +90,6 @@ pub fn one<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
     let mut bytes = UniformBuffer::new(Vec::new());
     let _ = bytes.write(value);
     bytes.into_inner()
-}
-
-/// A whole number's bits in a row of floats.
-pub fn bits(value: u32) -> f32 {
-    f32::from_bits(value)
 }
 
 #[cfg(test)]

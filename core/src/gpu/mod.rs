@@ -22,14 +22,14 @@ use crate::airlight::Method;
 use crate::frame::cache::Cache;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
-use crate::frame::lights::{fill_tables, light_sides};
+use crate::frame::lights::fill_tables;
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
 use crate::progress::Progress;
 use crate::request::View;
 use crate::scene::CheckedScene;
 use crate::shapes::Geometry;
-use buffers::{Lists, Table, Triangles};
+use buffers::{KeptLists, Lists, Table, Triangles};
 use compose::Pass;
 use device::Device;
 use frame::Picture;
@@ -38,15 +38,6 @@ use staging::Staging;
 use std::sync::Arc;
 use std::time::Instant;
 use timer::Times;
-
-/// How blobs along view rays are summed up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BlobPass {
-    /// As bounding quads that the blending unit adds up.
-    Quads,
-    /// By lists, tile by tile, in compute shaders.
-    Tiles,
-}
 
 /// Blobs that the mapped airlight takes: those that a tile's marks hold (`CHUNK` in
 /// `shaders/tile.wgsl`), and those that it sums up
@@ -66,7 +57,7 @@ pub struct Gpu {
     staging: Staging,
     triangles: Kept<Same<Geometry>, Triangles>,
     tables: Kept<Same<Option<LightTable>>, Table>,
-    blob_pass: BlobPass,
+    lists: KeptLists,
     /// Whether it forms the mapped airlight.
     maps: bool,
 }
@@ -89,9 +80,6 @@ impl Gpu {
     }
 
     fn new(device: Device) -> Self {
-        // A tile's sum stays in registers, where every pixel of a quad is read and written in
-        // memory: that is worth more the more blobs overlap (docs/backends.md).
-        let blob_pass = BlobPass::Tiles;
         // A driver in software takes seconds for what the CPU's lanes do in a tenth of one.
         let maps = device.is_hardware();
         Self {
@@ -100,15 +88,9 @@ impl Gpu {
             staging: Staging::default(),
             triangles: Kept::new(GEOMETRIES, |_, _| 0),
             tables: Kept::new(TABLES, |_, _| 0),
-            blob_pass,
+            lists: KeptLists::default(),
             maps,
         }
-    }
-
-    /// Sums up blobs in another way than the adapter suggests.
-    #[must_use]
-    pub fn with_blob_pass(self, blob_pass: BlobPass) -> Self {
-        Self { blob_pass, ..self }
     }
 
     /// Forms the mapped airlight, whatever the adapter.
@@ -149,7 +131,7 @@ impl Gpu {
     fn takes(&self, context: &Context) -> bool {
         let has_pass = match context.method {
             Method::None | Method::Sun2005 | Method::Fogshop2007 => true,
-            Method::Mapped => self.maps,
+            Method::Auto => self.maps,
             Method::Reference | Method::March(_) => false,
         };
         has_pass || !context.shows_airlight()
@@ -166,46 +148,67 @@ impl Gpu {
         view: &View,
         progress: &Progress,
     ) -> Result<Option<Frame>, Failure> {
-        let begun = Instant::now();
         let geometry = cache.geometry(scene, progress)?;
-        let field = cache.field(scene, progress)?;
-        let mut context = Context::new(scene, &geometry, &field, view, progress);
+        let fields = cache.bands(scene, progress)?;
+        let is_coloured = fields.each().len() > 1;
+        let mut bands = Vec::new();
+        for field in fields.each() {
+            let context = Context::new(scene, &geometry, field, view, progress);
+            let context = Context { is_band: is_coloured, ..context };
+            let Some(band) = self.band(cache, context, &geometry)? else { return Ok(None) };
+            bands.push(band);
+        }
+        let channels = view.layer.channels(bands.len());
+        let (pictures, timings): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
+        let timings = total(timings);
+        let (pixels, shown) = match Picture::of_bands(pictures, view.layer) {
+            Some(Picture::Screen(bytes)) => (Vec::new(), Some(bytes)),
+            Some(Picture::Linear(pixels)) => (pixels, None),
+            None => return Ok(None),
+        };
+        let (width, height) = (view.width as usize, view.height as usize);
+        let (layer, camera, backend) = (view.layer, scene.camera.clone(), "gpu");
+        Ok(Some(Frame { width, height, channels, layer, camera, pixels, shown, timings, backend }))
+    }
+
+    /// The picture as one band has it; `None` if there is no pass for it.
+    fn band(
+        &self,
+        cache: &Cache,
+        mut context: Context,
+        geometry: &Arc<Geometry>,
+    ) -> Result<Option<(Picture, Vec<Lap>)>, Failure> {
+        let begun = Instant::now();
         if !self.takes(&context) {
             return Ok(None);
         }
-        context.lit_blobs = light_sides(&context, cache)?;
         fill_tables(&mut context, cache)?;
-        if context.method == Method::Mapped && sums_too_many(&context) {
+        if context.method == Method::Auto && sums_too_many(&context) {
             return Ok(None);
         }
         let mut timings = vec![Lap::new("prepare", begun.elapsed())];
-        let drawn = match self.draw(&context, &geometry) {
+        let drawn = match self.draw(cache, &context, geometry) {
             // What idles on the device makes room for what is asked for.
             Err(Failure::Memory(_)) => {
                 self.forget();
-                self.draw(&context, &geometry)
+                self.draw(cache, &context, geometry)
             }
             drawn => drawn,
         };
         let (picture, times) = drawn?;
         timings.extend(times.into_iter().map(|(pass, took)| Lap::new(pass, took)));
-        let (pixels, shown) = match picture {
-            Picture::Linear(pixels) => (pixels, None),
-            Picture::Screen(bytes) => (Vec::new(), Some(bytes)),
-        };
-        let (width, height) = (context.grid.width, context.grid.height);
-        let (layer, camera, backend) = (view.layer, scene.camera.clone(), "gpu");
-        Ok(Some(Frame { width, height, layer, camera, pixels, shown, timings, backend }))
+        Ok(Some((picture, timings)))
     }
 
     fn draw(
         &self,
+        cache: &Cache,
         context: &Context,
         geometry: &Arc<Geometry>,
     ) -> Result<(Picture, Times), Failure> {
         let make = || Triangles::new(&self.device, geometry);
         let triangles = self.triangles.get(&Same::new(geometry), context.job.progress, make)?;
-        let lists = Lists::new(&self.device, context)?;
+        let lists = Lists::new(&self.device, &self.lists, context, (cache, geometry))?;
         frame::render(self, context, &triangles, &lists)
     }
 
@@ -214,17 +217,25 @@ impl Gpu {
         self.staging.clear();
         self.triangles.clear();
         self.tables.clear();
-    }
-
-    /// Whether blobs are summed up by lists.
-    fn lists_blobs(&self) -> bool {
-        self.blob_pass == BlobPass::Tiles
+        self.lists.clear();
     }
 
     /// Leaves a device that failed.
     pub fn abandon(&self) {
         self.device.abandon();
     }
+}
+
+/// What the passes of all bands took, pass by pass.
+fn total(bands: Vec<Vec<Lap>>) -> Vec<Lap> {
+    let mut laps: Vec<Lap> = Vec::new();
+    for lap in bands.into_iter().flatten() {
+        match laps.iter_mut().find(|own| own.pass == lap.pass) {
+            Some(own) => own.took += lap.took,
+            None => laps.push(lap),
+        }
+    }
+    laps
 }
 
 fn sums_too_many(context: &Context) -> bool {

@@ -151,7 +151,7 @@ fn render(device: &Device, key: &Composition, shader: &wgpu::ShaderModule) -> wg
     };
     let finds_surfaces = matches!(key.pass, Pass::Triangles | Pass::Shapes);
     let topology = match key.pass {
-        Pass::Shapes | Pass::BlobQuads => wgpu::PrimitiveTopology::TriangleStrip,
+        Pass::Shapes => wgpu::PrimitiveTopology::TriangleStrip,
         _ => wgpu::PrimitiveTopology::TriangleList,
     };
     device.handle.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

@@ -2,8 +2,7 @@
 //! driver in software.
 
 use super::device::Stage;
-use super::{BlobPass, Failure, Gpu, Wanted};
-use crate::airlight::Estimator;
+use super::{Failure, Gpu, Wanted};
 use crate::cpu::Cpu;
 use crate::image::{display, flip};
 use crate::media::KINDS;
@@ -16,8 +15,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use wgpu::BufferUsages;
 
-fn gpu(blob_pass: BlobPass) -> Gpu {
-    Gpu::open(Wanted::Any).expect("a Vulkan adapter, be it lavapipe").with_blob_pass(blob_pass)
+fn gpu() -> Gpu {
+    Gpu::open(Wanted::Any).expect("a Vulkan adapter, be it lavapipe")
 }
 
 fn renderer() -> Renderer {
@@ -25,7 +24,7 @@ fn renderer() -> Renderer {
 }
 
 fn view(layer: Layer, airlight: Airlight) -> View {
-    let estimator = Some(Estimator::Scene(airlight));
+    let estimator = Some(airlight.into());
     View { width: 160, height: 120, estimator, ..selftest::view(layer) }
 }
 
@@ -47,8 +46,8 @@ fn differing(frames: &[Frame; 2], share: f32) -> usize {
     a.iter().zip(b).filter(differs).count()
 }
 
-fn check(blob_pass: BlobPass, layer: Layer, airlight: Airlight, share: f32) {
-    let gpu = gpu(blob_pass);
+fn check(layer: Layer, airlight: Airlight, share: f32) {
+    let gpu = gpu();
     for preset in presets::all() {
         let scene = preset.scene.check().expect("a preset");
         let view = view(layer, airlight);
@@ -63,25 +62,24 @@ fn check(blob_pass: BlobPass, layer: Layer, airlight: Airlight, share: f32) {
 
 #[test]
 fn first_hits_are_the_cpus() {
-    check(BlobPass::Quads, Layer::Depth, Airlight::None, 1e-4);
-    check(BlobPass::Quads, Layer::Normal, Airlight::None, 1e-3);
+    check(Layer::Depth, Airlight::None, 1e-4);
+    check(Layer::Normal, Airlight::None, 1e-3);
 }
 
 #[test]
 fn optical_depths_are_the_cpus() {
-    check(BlobPass::Quads, Layer::OpticalDepth, Airlight::None, 1e-3);
-    check(BlobPass::Tiles, Layer::OpticalDepth, Airlight::None, 1e-3);
+    check(Layer::OpticalDepth, Airlight::None, 1e-3);
 }
 
 #[test]
 fn surfaces_are_the_cpus() {
-    check(BlobPass::Quads, Layer::Surface, Airlight::None, 1e-3);
+    check(Layer::Surface, Airlight::None, 1e-3);
 }
 
 /// Both place their nodes each for itself, and look lights up in the same tables.
 #[test]
 fn the_mapped_airlight_is_the_cpus() {
-    let gpu = gpu(BlobPass::Quads).with_mapped();
+    let gpu = gpu().with_mapped();
     for name in ["steaming-vessel", "terrain-292"] {
         let preset = presets::all().into_iter().find(|preset| preset.name == name);
         let scene = preset.expect("a preset").scene.check().expect("a valid preset");
@@ -96,7 +94,7 @@ fn the_mapped_airlight_is_the_cpus() {
 /// lamps, and the light that it scatters.
 #[test]
 fn every_medium_is_the_cpus() {
-    let gpu = gpu(BlobPass::Tiles).with_mapped();
+    let gpu = gpu().with_mapped();
     for (kind, _, terms) in KINDS {
         for (layer, share) in
             [(Layer::OpticalDepth, 1e-4), (Layer::Surface, 1e-3), (Layer::Airlight, 2e-3)]
@@ -111,6 +109,74 @@ fn every_medium_is_the_cpus() {
     }
 }
 
+/// Terms that scatter in ways of their own, in fog of a coloured extinction: by the mapped rule, as published,
+/// and by Sun's closed form.
+#[test]
+fn coloured_smoke_is_the_cpus() {
+    const BLOB: &str =
+        r#""blobs": [{"center": [-1, 0.6, 0], "radius": 1.2, "extinction": [0.2, 0.5, 1]}]"#;
+    const OTHER: &str = r#""blobs": [{"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]"#;
+    let smoke = format!(
+        r#"{{"terms": [{{"kind": "homogeneous", "extinction": [0.01, 0.02, 0.04]}},
+            {{"kind": "gaussians", "albedo": [0.9, 0.3, 0.2],
+              "phase": {{"kind": "henyey_greenstein", "g": 0.6}}, {BLOB}}},
+            {{"kind": "gaussians", "albedo": [0.2, 0.4, 0.9], {OTHER}}}]}}"#
+    );
+    let alike = format!(
+        r#"{{"terms": [{{"kind": "gaussians", {BLOB}}}, {{"kind": "homogeneous", "extinction": 0.02}}]}}"#
+    );
+    let even = r#"{"terms": [{"kind": "homogeneous", "extinction": 0.05, "albedo": [1, 0.5, 0.2]},
+        {"kind": "homogeneous", "extinction": [0.1, 0.05, 0.02], "albedo": [0.3, 0.6, 0.9]}]}"#;
+    let gpu = gpu().with_mapped();
+    let fogs = [
+        (smoke.as_str(), Airlight::Auto, 2e-3),
+        (alike.as_str(), Airlight::Fogshop2007, 1e-3),
+        (even, Airlight::Sun2005, 1e-3),
+    ];
+    for (fog, airlight, share) in fogs {
+        let scene = selftest::scene(fog).expect("a scene");
+        for (layer, share) in [
+            (Layer::OpticalDepth, 1e-4),
+            (Layer::Transmittance, 1e-4),
+            (Layer::Surface, 1e-3),
+            (Layer::Airlight, share),
+            (Layer::Beauty, share),
+        ] {
+            let view = View { width: 64, height: 48, ..view(layer, airlight) };
+            let frames = both(&gpu, &scene, &view);
+            assert_eq!(frames.each_ref().map(|frame| frame.channels), [3, 3]);
+            let off = differing(&frames, share);
+            assert!(100 * off <= frames[1].pixels.len(), "{airlight:?} {layer:?}: {off}");
+        }
+    }
+}
+
+/// While nothing moves a device uploads no list again, and a picture of what was kept is the same to the
+/// last bit.
+#[test]
+fn lists_are_kept_while_nothing_moves() {
+    let (gpu, cpu) = (gpu(), Cpu::default());
+    let scene = |red: f64| {
+        let text = format!(
+            r#"{{"lights": [{{"kind": "point", "intensity": [{red}, 2, 3]}}], "fog": {{"airlight": "fogshop2007",
+                "terms": [{{"kind": "gaussians", "blobs": [{{"center": [0, 1, -3]}}]}}]}}}}"#
+        );
+        let scene: Scene = read(text.as_bytes()).expect("a scene");
+        scene.check().expect("a valid scene")
+    };
+    let view = View { estimator: None, ..view(Layer::Beauty, Airlight::Auto) };
+    let shown = |gpu: &Gpu, red: f64| {
+        let frame = gpu.render(&cpu.cache, &scene(red), &view, &Progress::default());
+        frame.expect("a frame").expect("a pass for it").pixels
+    };
+    let first = shown(&gpu, 1.0);
+    let bytes = gpu.bytes();
+    let brighter = shown(&gpu, 9.0);
+    assert_eq!(gpu.bytes(), bytes, "something was made again");
+    assert!(brighter != first && shown(&gpu, 1.0) == first);
+    assert!(shown(&self::gpu(), 9.0) == brighter);
+}
+
 /// How far apart two frames look on a screen: the mean of FLIP.
 fn flip(a: &Frame, b: &Frame, view: &View) -> f64 {
     let [a, b] = [a, b].map(|frame| display::bytes(frame, view).into_owned());
@@ -122,7 +188,7 @@ fn flip(a: &Frame, b: &Frame, view: &View) -> f64 {
 /// eye sees no difference.
 #[test]
 fn pictures_look_like_the_cpus() {
-    let gpu = gpu(BlobPass::Quads);
+    let gpu = gpu();
     for (airlight, tonemap) in [
         (Airlight::Fogshop2007, Tonemap::Agx),
         (Airlight::None, Tonemap::Reinhard),
@@ -145,7 +211,7 @@ fn pictures_look_like_the_cpus() {
 /// Neither is farther from the full picture than the other, by more than the eye sees.
 #[test]
 fn drafts_are_as_good_as_the_cpus() {
-    let gpu = gpu(BlobPass::Tiles);
+    let gpu = gpu();
     let cpu = Cpu::default();
     for preset in presets::all() {
         let scene = preset.scene.check().expect("a preset");
@@ -231,7 +297,7 @@ fn resident_mb() -> usize {
 /// Every pipeline that a frame may need is one that the device takes.
 #[test]
 fn the_device_warms_up() {
-    gpu(BlobPass::Tiles).with_mapped().warm_up().expect("all pipelines");
+    gpu().with_mapped().warm_up().expect("all pipelines");
 }
 
 /// Threads share a device; whoever waits gets its own picture.
@@ -260,7 +326,7 @@ fn threads_share_a_device() {
 /// Frames leave nothing on the device but what is kept on purpose.
 #[test]
 fn memory_is_flat() {
-    let gpu = gpu(BlobPass::Quads);
+    let gpu = gpu();
     let scene = presets::all().remove(2).scene.check().expect("a preset");
     let view = view(Layer::Beauty, Airlight::Fogshop2007);
     let cpu = Cpu::default();
@@ -294,6 +360,6 @@ fn a_picture_too_large_for_the_device_is_the_cpus() {
 
 #[test]
 fn published_airlight_is_the_cpus() {
-    check(BlobPass::Quads, Layer::Airlight, Airlight::Fogshop2007, 1e-3);
-    check(BlobPass::Tiles, Layer::Beauty, Airlight::Fogshop2007, 1e-3);
+    check(Layer::Airlight, Airlight::Fogshop2007, 1e-3);
+    check(Layer::Beauty, Airlight::Fogshop2007, 1e-3);
 }

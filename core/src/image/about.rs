@@ -49,7 +49,7 @@ impl Caption {
         if matches!(frame.layer, Layer::Beauty | Layer::Airlight | Layer::Surface) {
             attributes.push(rec_709());
         }
-        Self { channels: channels(frame.layer), attributes }
+        Self { channels: channels(frame), attributes }
     }
 
     /// Of a comparison's errors.
@@ -59,8 +59,11 @@ impl Caption {
 }
 
 /// The picture's own channels have plain names. `Y` is what OpenEXR calls grey, `Z` a depth.
-fn channels(layer: Layer) -> Vec<String> {
-    let (stem, names): (_, &[&str]) = match layer {
+fn channels(frame: &Frame) -> Vec<String> {
+    let is_coloured = frame.channels == 3;
+    let (stem, names): (_, &[&str]) = match frame.layer {
+        Layer::OpticalDepth if is_coloured => ("optical_depth.", &["R", "G", "B"]),
+        Layer::Transmittance if is_coloured => ("transmittance.", &["R", "G", "B"]),
         Layer::Beauty => ("", &["R", "G", "B"]),
         Layer::Airlight => ("airlight.", &["R", "G", "B"]),
         Layer::Surface => ("surface.", &["R", "G", "B"]),

@@ -21,7 +21,7 @@ pub fn bytes<'a>(frame: &'a Frame, view: &View) -> Cow<'a, [u8]> {
 fn mapped(frame: &Frame, view: &View) -> Vec<u8> {
     let map = ScalarMap::new(frame);
     let machine = Level::new();
-    rows(frame.width, frame.layer.channels(), &frame.pixels, |y, pixels, out| match frame.layer {
+    rows(frame.width, frame.channels, &frame.pixels, |y, pixels, out| match frame.layer {
         Layer::Beauty | Layer::Airlight | Layer::Surface => {
             dispatch!(machine, simd => radiance(simd, pixels, view, y, out));
         }
@@ -29,6 +29,9 @@ fn mapped(frame: &Frame, view: &View) -> Vec<u8> {
             for (byte, value) in out.iter_mut().zip(pixels) {
                 *byte = level(0.5 * value + 0.5, 0.5);
             }
+        }
+        Layer::OpticalDepth | Layer::Transmittance if frame.channels == 3 => {
+            shares(pixels, y, out, |value| map.position(value));
         }
         Layer::OpticalDepth | Layer::Transmittance | Layer::Depth => {
             colours(pixels, y, out, |value| map.position(value));
@@ -86,6 +89,17 @@ fn radiance<S: Simd>(simd: S, pixels: &[f32], view: &View, y: usize, out: &mut [
 fn colours(pixels: &[f32], y: usize, out: &mut [u8], position: impl Fn(f32) -> f32) {
     for ((rgb, value), threshold) in out.chunks_exact_mut(3).zip(pixels).zip(thresholds(y)) {
         rgb.copy_from_slice(&colour(position(*value), threshold));
+    }
+}
+
+/// Shares of a row, channel by channel, as the colours that they are.
+fn shares(pixels: &[f32], y: usize, out: &mut [u8], share: impl Fn(f32) -> f32) {
+    for ((rgb, values), threshold) in
+        out.chunks_exact_mut(3).zip(pixels.chunks_exact(3)).zip(thresholds(y))
+    {
+        for (byte, value) in rgb.iter_mut().zip(values) {
+            *byte = level(srgb(f64::from(share(*value))) as f32, threshold);
+        }
     }
 }
 

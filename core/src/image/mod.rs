@@ -126,8 +126,8 @@ struct Raster<'a> {
 
 impl<'a> From<&'a Frame> for Raster<'a> {
     fn from(frame: &'a Frame) -> Self {
-        let Frame { width, height, layer, ref pixels, .. } = *frame;
-        Self { width, height, channels: layer.channels(), pixels }
+        let Frame { width, height, channels, ref pixels, .. } = *frame;
+        Self { width, height, channels, pixels }
     }
 }
 
@@ -153,7 +153,7 @@ pub(crate) fn on_screen(frame: &Frame, view: &View) -> Vec<u8> {
     display::bytes(frame, view).into_owned()
 }
 
-/// A one-channel frame as a 16-bit grey PNG, with the value that white stands for: the pixel
+/// A frame of optical depths as a 16-bit PNG, grey or a number a channel, with the value that white stands for: the pixel
 /// value `p` of 0–65535 means `p / 65535 · scale`.
 ///
 /// # Errors

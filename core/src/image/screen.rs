@@ -24,13 +24,14 @@ pub fn png(rgb: &[u8], image: &Raster) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// Grey; `scale` becomes white. Without a colour space, for these are no colours: nobody shall
+/// Grey, or a number a channel; `scale` becomes white. Without a colour space, for these are no colours: nobody shall
 /// convert them.
 pub fn png16(image: &Raster, scale: f64) -> Result<Vec<u8>, Failure> {
     let level = |value: &f32| (f64::from(*value) / scale * 65535.0).round() as u16;
     let bytes: Vec<u8> = image.pixels.iter().flat_map(|v| level(v).to_be_bytes()).collect();
     write_png(image, &bytes, |info| {
-        info.set_color(png::ColorType::Grayscale);
+        let is_coloured = image.channels == 3;
+        info.set_color(if is_coloured { png::ColorType::Rgb } else { png::ColorType::Grayscale });
         info.set_depth(png::BitDepth::Sixteen);
     })
 }

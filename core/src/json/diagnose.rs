@@ -75,8 +75,13 @@ impl Walk {
             (Form::List(list), b'[') => self.list(list, raw, at),
             (Form::Object(known), b'{') => self.members(known, raw, at),
             (Form::Union(kinds), b'{') => self.union(kinds, raw, at),
+            (Form::Choice(forms), first) if forms.iter().any(|form| name(form) == found(first)) => {
+                forms.iter().filter(|form| name(form) == found(first)).for_each(|form| {
+                    self.value(form, raw, at);
+                });
+            }
             (_, first) => {
-                let detail = || format!("expected {}, found {}", name(form), found(first));
+                let detail = || format!("expected {}, found {}", names(form), found(first));
                 self.refuse(Code::WrongType, at, detail);
             }
         }
@@ -177,9 +182,18 @@ impl Walk {
 }
 
 /// What a form asks for.
+fn names(form: &Form) -> String {
+    match form {
+        Form::Nullable(form) => names(form),
+        Form::Choice(forms) => forms.iter().map(names).collect::<Vec<_>>().join(" or "),
+        _ => name(form).to_owned(),
+    }
+}
+
+/// The same of a form that is no choice.
 fn name(form: &Form) -> &'static str {
     match form {
-        Form::Any => "a value",
+        Form::Any | Form::Choice(_) => "a value",
         Form::Nullable(form) => name(form),
         Form::Boolean => "a boolean",
         Form::Number { is_whole: true, .. } => "an integer",

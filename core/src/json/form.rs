@@ -31,6 +31,8 @@ pub enum Form {
     Object(Vec<Member>),
     /// An object whose member `kind` says which of these it is.
     Union(Vec<(String, Vec<Member>)>),
+    /// One of these, told apart by the type of JSON.
+    Choice(Vec<Self>),
 }
 
 /// The form of a list.
@@ -162,7 +164,9 @@ impl<'a> Reader<'a> {
         }
         match variants {
             [one] => self.form(one, depth),
-            _ => Form::Any,
+            several => {
+                Form::Choice(several.iter().map(|variant| self.form(variant, depth)).collect())
+            }
         }
     }
 }

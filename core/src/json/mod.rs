@@ -11,7 +11,7 @@ pub mod tagged;
 mod values;
 
 pub use problem::{Checker, Code, Problem};
-pub use values::{Albedo, Rgb, Vec3};
+pub use values::{Albedo, Rgb, Spectrum, Vec3};
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;

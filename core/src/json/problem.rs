@@ -1,7 +1,7 @@
 //! What is wrong with a document, and where.
 
 use super::limits::{self, Range};
-use super::values::Vec3;
+use super::values::{Spectrum, Vec3};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Display;
@@ -92,6 +92,14 @@ impl Checker {
     pub fn triple(&mut self, value: [f64; 3], range: Range, pointer: impl Fn() -> String) {
         for (i, component) in value.into_iter().enumerate() {
             self.number(component, range, || format!("{}/{i}", pointer()));
+        }
+    }
+
+    /// Its value in every channel must lie in `range`.
+    pub fn spectrum(&mut self, value: Spectrum, range: Range, pointer: impl Fn() -> String) {
+        match value {
+            Spectrum::Grey(value) => self.number(value, range, pointer),
+            Spectrum::Rgb(values) => self.triple(values, range, pointer),
         }
     }
 

@@ -2,8 +2,10 @@
 
 use super::limits;
 use glam::DVec3;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 macro_rules! triple {
     ($(#[$doc:meta])* $name:ident, $range:expr) => {
@@ -50,6 +52,131 @@ triple!(
     Albedo,
     limits::FRACTION
 );
+
+/// A number that may depend on the colour: one for all channels, or `[r, g, b]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Spectrum {
+    /// The same in all channels.
+    Grey(f64),
+    /// Red, green and blue.
+    Rgb([f64; 3]),
+}
+
+impl Spectrum {
+    /// The numbers that say it: one, or one a channel.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::Grey(value) => std::slice::from_ref(value),
+            Self::Rgb(values) => values,
+        }
+    }
+
+    /// Its value in each channel.
+    pub fn channels(self) -> [f64; 3] {
+        match self {
+            Self::Grey(value) => [value; 3],
+            Self::Rgb(values) => values,
+        }
+    }
+
+    /// Whether it is the same in all of them.
+    pub fn is_grey(self) -> bool {
+        let [r, g, b] = self.channels();
+        r == g && g == b
+    }
+
+    /// The schema of an extinction [1/m].
+    pub fn extinction(_: &mut SchemaGenerator) -> Schema {
+        let limits::Range { min, max } = limits::EXTINCTION;
+        let number = serde_json::json!({
+            "type": "number", "minimum": min, "maximum": max,
+            "x-usual": limits::USUAL_EXTINCTION,
+        });
+        json_schema!({ "anyOf": variants(&number) })
+    }
+
+    /// The same where nothing need be said.
+    pub fn optional_extinction(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = Self::extinction(generator);
+        if let Some(list) = schema.get_mut("anyOf").and_then(serde_json::Value::as_array_mut) {
+            list.push(serde_json::json!({ "type": "null" }));
+        }
+        schema
+    }
+}
+
+/// A number, or three in a row.
+fn variants(number: &serde_json::Value) -> [serde_json::Value; 2] {
+    let mut grey = number.clone();
+    grey["title"] = "grey".into();
+    // How one moves through it belongs to the row as a whole.
+    let mut item = number.clone();
+    let usual = item.as_object_mut().and_then(|item| item.remove("x-usual"));
+    let mut rgb = serde_json::json!({
+        "type": "array", "title": "colour", "format": "rgb", "items": item,
+        "minItems": 3, "maxItems": 3,
+    });
+    if let (Some(usual), Some(rgb)) = (usual, rgb.as_object_mut()) {
+        rgb.insert("x-usual".into(), usual);
+    }
+    [grey, rgb]
+}
+
+impl JsonSchema for Spectrum {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Spectrum".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number for all channels, or `[r, g, b]`.",
+            "anyOf": variants(&serde_json::json!({ "type": "number" })),
+        })
+    }
+}
+
+impl From<f64> for Spectrum {
+    fn from(value: f64) -> Self {
+        Self::Grey(value)
+    }
+}
+
+impl<'de> Deserialize<'de> for Spectrum {
+    fn deserialize<D: Deserializer<'de>>(input: D) -> Result<Self, D::Error> {
+        input.deserialize_any(SpectrumVisitor)
+    }
+}
+
+struct SpectrumVisitor;
+
+impl<'de> Visitor<'de> for SpectrumVisitor {
+    type Value = Spectrum;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number or [r, g, b]")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Spectrum, E> {
+        Ok(Spectrum::Grey(value))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Spectrum, E> {
+        Ok(Spectrum::Grey(value as f64))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Spectrum, E> {
+        Ok(Spectrum::Grey(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Spectrum, A::Error> {
+        let mut values = [0.0; 3];
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = items.next_element()?.ok_or_else(|| Error::invalid_length(i, &self))?;
+        }
+        Ok(Spectrum::Rgb(values))
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,60 +1,124 @@
-//! What shines.
+//! What shines. A light says where its light comes from and how strong it is; all about one kind stands in
+//! its own file, and the list below names them all.
+//!
+//! Whoever computes with a light asks its [`Source`]: that answers per unit of strength, whatever the
+//! colour, so that what it answers can be kept while colours change.
 
-use crate::json::limits;
+mod beside;
+pub mod point;
+
+pub use beside::{Arrival, LEAST_MISS, MISS_FLOOR, ToLight, Toward, least_distance};
+pub use point::Point;
+
+use crate::json::Checker;
 use crate::json::tagged::tagged;
-use crate::json::{Rgb, Vec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::num::Num;
+use crate::vector::V3;
+use glam::DVec3;
 
-tagged!(
-    /// A source of light.
-    Light {
-        /// A lamp that shines the same in all directions.
-        Point = "point",
-    }
-);
+/// Declares the lights: the union of those that a scene may hold, and of where their light comes from.
+macro_rules! lights {
+    ($($(#[$doc:meta])* $Kind:ident = $kind:literal),* $(,)?) => {
+        tagged!(
+            /// A source of light.
+            Light { $($(#[$doc])* $Kind = $kind),* }
+        );
 
-impl Light {
-    /// The name given to it, if any.
-    pub fn id(&self) -> Option<&str> {
-        match self {
-            Self::Point(light) => light.id.as_deref(),
+        impl Light {
+            /// The name given to it, if any.
+            pub fn id(&self) -> Option<&str> {
+                match self { $(Self::$Kind(light) => light.id()),* }
+            }
+
+            /// Whether it shines.
+            pub fn enabled(&self) -> bool {
+                match self { $(Self::$Kind(light) => light.enabled()),* }
+            }
+
+            /// Looks at all of its numbers; `at` names its members.
+            pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+                match self { $(Self::$Kind(light) => light.check(check, at)),* }
+            }
+
+            /// Where its light comes from.
+            pub fn source(&self) -> Source {
+                match self { $(Self::$Kind(light) => Source::$Kind(light.place())),* }
+            }
+
+            /// Colour and strength, in the unit of its kind.
+            pub fn strength(&self) -> DVec3 {
+                match self { $(Self::$Kind(light) => light.strength()),* }
+            }
         }
-    }
+
+        /// Where light comes from, per unit of its strength.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Source { $($(#[$doc])* $Kind(<$Kind as LightKind>::Place)),* }
+
+        impl Source {
+            /// The same, seen from an origin that is not the world's.
+            pub fn seen_from(self, origin: DVec3) -> Self {
+                match self { $(Self::$Kind(place) => Self::$Kind(place.seen_from(origin))),* }
+            }
+
+            /// Where the ways of its light to anywhere begin [m].
+            pub fn apex(self) -> DVec3 {
+                match self { $(Self::$Kind(place) => place.apex()),* }
+            }
+
+            /// Where it stands relative to a ray from `start` in the unit `direction`.
+            #[inline(always)]
+            pub fn beside<N: Num>(self, start: V3<N>, direction: V3<N>) -> ToLight<N> {
+                match self { $(Self::$Kind(place) => place.beside(start, direction)),* }
+            }
+
+            /// Its direct light at a point; no distance counts as less than `floor` [m].
+            #[inline(always)]
+            pub fn toward<N: Num>(self, point: V3<N>, floor: N) -> Toward<N> {
+                match self { $(Self::$Kind(place) => place.toward(point, floor)),* }
+            }
+        }
+    };
+}
+
+lights! {
+    /// A lamp that shines the same in all directions.
+    Point = "point",
+}
+
+/// A kind of light, as a scene says it.
+pub trait LightKind {
+    /// Where its light comes from.
+    type Place: Shines;
+
+    /// The name given to it, if any.
+    fn id(&self) -> Option<&str>;
 
     /// Whether it shines.
-    pub fn enabled(&self) -> bool {
-        match self {
-            Self::Point(light) => light.enabled,
-        }
-    }
+    fn enabled(&self) -> bool;
+
+    /// Looks at all of its numbers; `at` names its members.
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
+
+    /// Where its light comes from.
+    fn place(&self) -> Self::Place;
+
+    /// Colour and strength, in the unit of its kind.
+    fn strength(&self) -> DVec3;
 }
 
-/// A lamp without size that shines the same in all directions; its light falls with the square of
-/// the distance.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Point {
-    /// Name of this light, unique among the lights.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(length(min = 1, max = limits::COUNTS.id_chars))]
-    pub id: Option<String>,
-    /// False turns it off.
-    pub enabled: bool,
-    /// Where it is [m].
-    pub position: Vec3,
-    /// Radiant intensity per channel [W/sr].
-    #[schemars(extend("x-usual" = limits::USUAL_INTENSITY))]
-    pub intensity: Rgb,
-}
+/// Where light of one kind comes from: what [`Source`] answers, which see.
+pub trait Shines: Copy {
+    /// See [`Source::seen_from`].
+    #[must_use]
+    fn seen_from(self, origin: DVec3) -> Self;
 
-impl Default for Point {
-    fn default() -> Self {
-        Self {
-            id: None,
-            enabled: true,
-            position: Vec3([0.0, 3.0, 0.0]),
-            intensity: Rgb::splat(100.0),
-        }
-    }
+    /// See [`Source::apex`].
+    fn apex(self) -> DVec3;
+
+    /// See [`Source::beside`].
+    fn beside<N: Num>(self, start: V3<N>, direction: V3<N>) -> ToLight<N>;
+
+    /// See [`Source::toward`].
+    fn toward<N: Num>(self, point: V3<N>, floor: N) -> Toward<N>;
 }

@@ -6,10 +6,12 @@
 //! integrates light along a ray sees one medium. In f64 nothing is left out; for pictures, batches of
 //! rays are the boundary: a call per medium and batch costs nothing beside what the batch does.
 
+mod groups;
 mod outline;
 mod sum;
 pub mod vertical;
 
+pub use groups::{Bands, Scattering, in_channels, scatterings};
 pub use outline::Outline;
 pub use sum::{Field, Profile, Sum};
 
@@ -17,8 +19,9 @@ use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each};
-use crate::json::Checker;
 use crate::json::tagged::tagged;
+use crate::json::{Albedo, Checker};
+use crate::phase::Phase;
 use crate::progress::Job;
 use fearless_simd::Level;
 use glam::{DVec3, Vec3, Vec4};
@@ -55,26 +58,30 @@ macro_rules! media {
             pub fn blobs(&self) -> usize {
                 match self { $(Self::$Kind(term) => term.blobs()),* }
             }
+
+            /// Whether its extinction is the same in all channels.
+            pub fn is_grey(&self) -> bool {
+                match self { $(Self::$Kind(term) => term.is_grey()),* }
+            }
         }
 
         /// Word, source and test scene of every kind: see [`TermKind`].
         pub const KINDS: &[(&str, &str, &str)] =
             &[$(($kind, <$Kind as TermKind>::SOURCE, <$Kind as TermKind>::TRIAL)),*];
 
-        /// All terms of a fog, each kind as one medium.
+        /// Terms of a fog as one channel meets them, each kind as one medium.
         #[derive(Debug, Default)]
         pub struct Media { $($(#[$doc])* pub $stem: <$Kind as TermKind>::Medium),* }
 
         impl Media {
-            /// Of the terms that are enabled.
-            pub fn new(terms: &[Term]) -> Self {
-                let terms: Vec<_> = terms.iter().filter(|term| term.common().enabled).collect();
+            /// Of some terms.
+            pub fn new(terms: &[&Term], channel: usize) -> Self {
                 $(
                     let $stem = terms.iter().filter_map(|term| match term {
                         Term::$Kind(term) => Some(term),
                         _ => None,
                     });
-                    let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>());
+                    let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>(), channel);
                 )*
                 Self { $($stem),* }
             }
@@ -107,6 +114,10 @@ pub struct Common<'a> {
     pub id: Option<&'a str>,
     /// Whether it is part of the fog.
     pub enabled: bool,
+    /// Share of the extinguished light that it scatters, if it has one of its own.
+    pub albedo: Option<Albedo>,
+    /// Into which directions, if not as the fog.
+    pub phase: Option<&'a Phase>,
 }
 
 /// A kind of term, as a scene says it.
@@ -134,8 +145,11 @@ pub trait TermKind {
         0
     }
 
-    /// All terms of this kind as one medium.
-    fn merge(terms: &[&Self]) -> Self::Medium;
+    /// Whether its extinction is the same in all channels.
+    fn is_grey(&self) -> bool;
+
+    /// Terms of this kind as one medium, as a channel meets it: 0 is red, 2 blue.
+    fn merge(terms: &[&Self], channel: usize) -> Self::Medium;
 }
 
 /// All terms of one kind, merged. What it says in f64 leaves nothing out.
@@ -180,7 +194,7 @@ pub trait Medium: Debug + Send + Sync {
     }
 
     /// What a table of T around a light must resolve of its lumps.
-    fn outline(&self, _light: DVec3) -> Outline {
+    fn outline(&self, _apex: DVec3) -> Outline {
         Outline::default()
     }
 
@@ -273,7 +287,7 @@ pub trait Near: Debug + Send + Sync {
 pub trait Smooth: Near {
     /// Adds the mean extinction, T(x, s)/d [1/m], between a light and points of rays; both relative to
     /// the origin.
-    fn add_mean(&self, level: Level, light: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]);
+    fn add_mean(&self, level: Level, apex: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]);
 
     /// Appends where β, or its slope, jumps on a ray [m], in the order of [`OnRays::edges`]; what it does
     /// not pass lies behind its start.

@@ -30,10 +30,10 @@ impl Default for Outline {
 
 impl Outline {
     /// Adds a lump of that radius [m]; `half_depth` is half of T through its middle.
-    pub fn add(&mut self, light: DVec3, center: DVec3, radius: f64, half_depth: f64) {
+    pub fn add(&mut self, apex: DVec3, center: DVec3, radius: f64, half_depth: f64) {
         let reach = DVec3::splat(ENDS * radius);
         (self.min, self.max) = (self.min.min(center - reach), self.max.max(center + reach));
-        let distance = center.distance(light);
+        let distance = center.distance(apex);
         // The fourth derivative of a Gaussian, met by the error of cubics.
         let sharp = (ERROR / (0.28 * half_depth)).powf(0.25).min(1.5);
         self.spacings.push(sharp * radius / distance.max(radius));

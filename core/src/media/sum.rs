@@ -1,5 +1,6 @@
 //! The sum of all media: what callers see as one.
 
+use super::groups::groups;
 use super::{
     Along, Lumps, Media, Medium, Near, OnRays, Outline, PatchCone, Patched, Purpose, Search,
     Smooth, Term, Ways,
@@ -13,13 +14,17 @@ use crate::progress::Job;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3};
 
-/// The extinction of a scene: the sum of its enabled terms.
-#[derive(Debug, Default)]
-pub struct Field(Media);
-
-/// Several media, seen in one way; they add up.
+/// The extinction of a scene as one channel meets it: the sum of its enabled terms, those that scatter
+/// alike as one group.
 #[derive(Debug)]
-pub struct Sum<T: ?Sized>(Vec<Box<T>>);
+pub struct Field {
+    /// At least one, which may be empty.
+    groups: Vec<Media>,
+}
+
+/// Several media, seen in one way; they add up. Beside each, the group that it belongs to.
+#[derive(Debug)]
+pub struct Sum<T: ?Sized>(Vec<(usize, Box<T>)>);
 
 /// Σ, which is never −0.
 fn total(values: impl Iterator<Item = f64>) -> f64 {
@@ -34,19 +39,31 @@ fn hull<N: PartialOrd + Copy>(spans: impl Iterator<Item = (N, N)>) -> Option<(N,
 }
 
 impl Field {
-    /// The field of some terms.
-    pub fn new(terms: &[Term]) -> Self {
-        Self(Media::new(terms))
+    /// The field of some terms, as a channel meets it: 0 is red, 2 blue.
+    pub fn new(terms: &[Term], channel: usize) -> Self {
+        let groups = groups(terms).into_iter().map(|terms| Media::new(&terms, channel));
+        let mut groups: Vec<_> = groups.collect();
+        if groups.is_empty() {
+            groups.push(Media::default());
+        }
+        Self { groups }
     }
 
-    /// All media one by one, for methods that are about one of them.
-    pub fn media(&self) -> &Media {
-        &self.0
+    /// The groups, for methods that are about one medium.
+    pub fn groups(&self) -> &[Media] {
+        &self.groups
     }
 
-    /// Those that are there.
-    fn each(&self) -> impl Iterator<Item = &dyn Medium> {
-        self.0.each().filter(|medium| !medium.is_empty())
+    /// The media of a fog whose terms all scatter alike.
+    pub fn only(&self) -> &Media {
+        &self.groups[0]
+    }
+
+    /// All media that are there, group by group.
+    fn each(&self) -> impl Iterator<Item = (usize, &dyn Medium)> {
+        let groups = self.groups.iter().enumerate();
+        let media = groups.flat_map(|(group, media)| media.each().map(move |one| (group, one)));
+        media.filter(|(_, medium)| !medium.is_empty())
     }
 
     /// Whether there is nothing at all.
@@ -56,22 +73,25 @@ impl Field {
 
     /// β₀ [1/m] if the fog is the same everywhere.
     pub fn uniform_beta(&self) -> Option<f64> {
-        self.0.homogeneous.uniform_beta().filter(|_| self.lumps() == 0)
+        if self.lumps() > 0 {
+            return None;
+        }
+        self.groups.iter().map(|media| media.homogeneous.uniform_beta()).sum()
     }
 
     /// How many lumps there are.
     pub fn lumps(&self) -> usize {
-        self.0.each().map(Medium::lumps).sum()
+        self.groups.iter().flat_map(Media::each).map(Medium::lumps).sum()
     }
 
     /// β(x) [1/m].
     pub fn beta(&self, x: DVec3) -> f64 {
-        total(self.each().map(|medium| medium.beta(x)))
+        total(self.each().map(|(_, medium)| medium.beta(x)))
     }
 
     /// T along a ray of that length [m]; nothing left out.
     pub fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
-        total(self.each().map(|medium| medium.depth(ray, length_m)))
+        total(self.each().map(|(_, medium)| medium.depth(ray, length_m)))
     }
 
     /// T between two points.
@@ -80,14 +100,19 @@ impl Field {
         self.depth(&ray, length_m)
     }
 
+    /// All media, seen in one way.
+    fn sum<T: ?Sized>(&self, see: impl Fn(&dyn Medium) -> Box<T>) -> Sum<T> {
+        Sum(self.each().map(|(group, medium)| (group, see(medium))).collect())
+    }
+
     /// The fog along one ray.
     pub fn along(&self, ray: &Ray, length_m: f64) -> Sum<dyn Along> {
-        Sum(self.each().map(|medium| medium.along(ray, length_m)).collect())
+        self.sum(|medium| medium.along(ray, length_m))
     }
 
     /// The fog between a point and the points of a segment.
     pub fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Sum<dyn Ways> {
-        Sum(self.each().map(|medium| medium.ways(apex, ends)).collect())
+        self.sum(|medium| medium.ways(apex, ends))
     }
 
     /// What matters to the rays of a bundle, none of which is shorter than `shortest_m`.
@@ -120,9 +145,10 @@ impl Field {
         shortest_m: f64,
         purpose: Purpose,
     ) -> Sum<dyn Near> {
-        let wanted = self.each().filter(|medium| is_wanted(*medium));
-        let near = |medium: &dyn Medium| {
-            medium.near(level, &self.search_for(medium, bundle, shortest_m, purpose))
+        let wanted = self.each().filter(|(_, medium)| is_wanted(*medium));
+        let near = |(group, medium): (usize, &dyn Medium)| {
+            let search = self.search_for(medium, bundle, shortest_m, purpose);
+            (group, medium.near(level, &search))
         };
         Sum(wanted.map(near).collect())
     }
@@ -141,62 +167,86 @@ impl Field {
             Purpose::Nodes if medium.lumps() > 0 => shortest_m.min(medium.reach(bundle.origin)),
             _ => shortest_m,
         };
-        let others = self.each().filter(|other| !std::ptr::addr_eq(*other, medium));
-        let sure = total(others.map(|other| other.least(along)));
+        let others = self.each().filter(|(_, other)| !std::ptr::addr_eq(*other, medium));
+        let sure = total(others.map(|(_, other)| other.least(along)));
         Search { bundle, shortest_m, purpose, sure }
     }
 
     /// What is smooth, for rays from an origin.
     pub fn smooth(&self, origin: DVec3) -> Sum<dyn Smooth> {
-        Sum(self.each().filter_map(|medium| medium.smooth(origin)).collect())
+        Sum(self
+            .each()
+            .filter_map(|(group, medium)| Some((group, medium.smooth(origin)?)))
+            .collect())
     }
 
     /// What a table of T around a light must resolve.
-    pub fn outline(&self, light: DVec3) -> Outline {
-        self.each().map(|medium| medium.outline(light)).fold(Outline::default(), Outline::join)
+    pub fn outline(&self, apex: DVec3) -> Outline {
+        self.each().map(|(_, medium)| medium.outline(apex)).fold(Outline::default(), Outline::join)
     }
 
     /// Bytes that it takes besides its own, near enough.
     pub fn bytes(&self) -> usize {
-        self.0.each().map(Medium::bytes).sum()
+        self.groups.iter().flat_map(Media::each).map(Medium::bytes).sum()
     }
 }
 
 impl Sum<dyn Along> {
     /// Terms that a sum has.
     pub fn terms(&self) -> usize {
-        self.0.iter().map(|medium| medium.terms()).sum()
+        self.0.iter().map(|(_, medium)| medium.terms()).sum()
     }
 
     /// Lumps apart from what is smooth.
     pub fn parted(self) -> [Self; 2] {
-        let (smooth, lumps) = self.0.into_iter().partition(|medium| medium.is_smooth());
+        let (smooth, lumps) = self.0.into_iter().partition(|(_, medium)| medium.is_smooth());
         [Self(smooth), Self(lumps)]
+    }
+
+    /// The media of one group.
+    fn of(&self, group: usize) -> impl Iterator<Item = &dyn Along> {
+        let own = self.0.iter().filter(move |(own, _)| *own == group);
+        own.map(|(_, medium)| medium.as_ref())
+    }
+
+    /// Terms that the sum over a group has.
+    pub fn terms_of(&self, group: usize) -> usize {
+        self.of(group).map(Along::terms).sum()
     }
 
     /// β [1/m] at the ray parameter `t` [m].
     pub fn beta(&self, t: f64) -> f64 {
-        total(self.0.iter().map(|medium| medium.beta(t)))
+        total(self.0.iter().map(|(_, medium)| medium.beta(t)))
+    }
+
+    /// The same of one group.
+    pub fn beta_of(&self, group: usize, t: f64) -> f64 {
+        total(self.of(group).map(|medium| medium.beta(t)))
     }
 
     /// T to the ray parameter `t` [m].
     pub fn depth(&self, t: f64) -> f64 {
-        total(self.0.iter().map(|medium| medium.depth(t)))
+        total(self.0.iter().map(|(_, medium)| medium.depth(t)))
     }
 
     /// From where to where there is any fog [m].
     pub fn span(&self) -> Option<(f64, f64)> {
-        hull(self.0.iter().filter_map(|medium| medium.span()))
+        hull(self.0.iter().filter_map(|(_, medium)| medium.span()))
+    }
+
+    /// From where to where there is any fog of a group [m].
+    pub fn span_of(&self, group: usize) -> Option<(f64, f64)> {
+        hull(self.of(group).filter_map(Along::span))
     }
 
     /// The finest length over which it changes between two ray parameters [m].
     pub fn finest_m(&self, from: f64, to: f64) -> f64 {
-        self.0.iter().map(|medium| medium.finest_m(from, to)).fold(f64::INFINITY, f64::min)
+        self.0.iter().map(|(_, medium)| medium.finest_m(from, to)).fold(f64::INFINITY, f64::min)
     }
 
     /// Ray parameters between two others where β, or its slope, jumps, in order [m].
     pub fn edges_between(&self, from: f64, to: f64) -> Vec<f64> {
-        let edges = self.0.iter().flat_map(|medium| medium.edges());
+        let edges = self.0.iter().flat_map(|(_, medium)| medium.edges());
         let mut edges: Vec<_> = edges.filter(|edge| from < *edge && *edge < to).collect();
         edges.sort_unstable_by(f64::total_cmp);
         edges
@@ -206,24 +256,24 @@ impl Sum<dyn Along> {
 impl Sum<dyn Ways> {
     /// Terms that a sum has.
     pub fn terms(&self) -> usize {
-        self.0.iter().map(|medium| medium.terms()).sum()
+        self.0.iter().map(|(_, medium)| medium.terms()).sum()
     }
 
     /// T from the point to one of the segment.
     pub fn depth_to(&self, point: DVec3) -> f64 {
-        total(self.0.iter().map(|medium| medium.depth_to(point)))
+        total(self.0.iter().map(|(_, medium)| medium.depth_to(point)))
     }
 }
 
 impl<T: Near + ?Sized> Sum<T> {
     /// Adds T along every ray.
     pub fn add_depth(&self, job: &Job, rays: &Rays, parallel: bool, length: &Row, depth: &mut Row) {
-        self.0.iter().for_each(|near| near.add_depth(job, rays, parallel, length, depth));
+        self.0.iter().for_each(|(_, near)| near.add_depth(job, rays, parallel, length, depth));
     }
 
     /// The same media for the few rays that stand for a patch.
     pub fn patched(&self) -> Sum<dyn Patched> {
-        Sum(self.0.iter().map(|near| near.patched()).collect())
+        Sum(self.0.iter().map(|(group, near)| (*group, near.patched())).collect())
     }
 }
 
@@ -232,35 +282,37 @@ impl Sum<dyn Smooth> {
     pub fn add_mean(
         &self,
         level: Level,
-        light: Vec3,
+        apex: Vec3,
         rays: &Control,
         t: &[Each],
         mean: &mut [Each],
     ) {
-        self.0.iter().for_each(|smooth| smooth.add_mean(level, light, rays, t, mean));
+        self.0.iter().for_each(|(_, smooth)| smooth.add_mean(level, apex, rays, t, mean));
     }
 }
 
 impl Sum<dyn Smooth> {
     /// Appends where β, or its slope, jumps on a ray [m].
     pub fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {
-        self.0.iter().for_each(|smooth| smooth.edges(start, direction, edges));
+        self.0.iter().for_each(|(_, smooth)| smooth.edges(start, direction, edges));
     }
 }
 
 impl Sum<dyn Patched> {
     /// Terms that a sum has.
     pub fn terms(&self) -> usize {
-        self.0.iter().map(|medium| medium.terms()).sum()
+        self.0.iter().map(|(_, medium)| medium.terms()).sum()
     }
 
     /// What the rays of a smaller patch meet, and what its lumps come to beside the haze.
     pub fn within(&self, cone: &PatchCone) -> (Self, Lumps) {
         let mut lumps = Lumps::default();
-        let within: Vec<_> = self.0.iter().map(|medium| medium.within(cone, &mut lumps)).collect();
+        let each = self.0.iter();
+        let within = each.map(|(group, medium)| (*group, medium.within(cone, &mut lumps)));
+        let within: Vec<_> = within.collect();
         // Haze hides what is missed of lumps, but not that behind them.
         let length = lumps.end.min(cone.longest);
-        lumps.depth += within.iter().map(|medium| medium.haze(cone, length)).sum::<f32>();
+        lumps.depth += within.iter().map(|(_, medium)| medium.haze(cone, length)).sum::<f32>();
         (Self(within), lumps)
     }
 
@@ -272,25 +324,37 @@ impl Sum<dyn Patched> {
         parallel: bool,
         least: f32,
     ) -> Sum<dyn OnRays> {
-        Sum(self.0.iter().map(|medium| medium.on_rays(level, rays, parallel, least)).collect())
+        let on_rays = |(group, medium): &(usize, Box<dyn Patched>)| {
+            (*group, medium.on_rays(level, rays, parallel, least))
+        };
+        Sum(self.0.iter().map(on_rays).collect())
     }
 }
 
 /// What rays meet, row by row.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    /// ln β.
+    /// ln β of the group that scatters.
     pub log_beta: Vec<Each>,
-    /// T from the start.
+    /// β of all others; no rows if there are none.
+    pub other_beta: Vec<Each>,
+    /// T from the start, of all.
     pub depth: Vec<Each>,
 }
 
 impl Sum<dyn OnRays> {
-    /// ln β and T at ray parameters `t`, ascending from row to row.
-    pub fn profile(&self, level: Level, t: &[Each]) -> Profile {
-        let [mut beta, depth] = self.fields(level, t);
-        dispatch!(level, simd => logarithms(simd, &mut beta));
-        Profile { log_beta: beta, depth }
+    /// ln β of a group, and T, at ray parameters `t`, ascending from row to row.
+    pub fn profile(&self, level: Level, group: usize, t: &[Each]) -> Profile {
+        let zero = || vec![[0.0; PADDED]; t.len()];
+        let (mut log_beta, mut depth) = (zero(), zero());
+        let is_alone = self.0.iter().all(|(own, _)| *own == group);
+        let mut other_beta = if is_alone { Vec::new() } else { zero() };
+        self.each_lumps_first(|own, medium| {
+            let beta = if own == group { &mut log_beta } else { &mut other_beta };
+            medium.add(level, t, beta, &mut depth);
+        });
+        dispatch!(level, simd => logarithms(simd, &mut log_beta));
+        Profile { log_beta, other_beta, depth }
     }
 
     /// β and T.
@@ -305,11 +369,7 @@ impl Sum<dyn OnRays> {
 
     /// T of what is smooth, to one place of the first ray.
     pub fn haze_to(&self, level: Level, t: f32) -> f32 {
-        let (mut beta, mut depth) = ([[0.0; PADDED]], [[0.0; PADDED]]);
-        for medium in self.0.iter().filter(|medium| medium.is_smooth()) {
-            medium.add(level, &[[t; PADDED]], &mut beta, &mut depth);
-        }
-        depth[0][0]
+        self.haze(level, &[[t; PADDED]])[1][0][0]
     }
 
     fn fields_of(
@@ -320,28 +380,40 @@ impl Sum<dyn OnRays> {
     ) -> [Vec<Each>; 2] {
         let zero = vec![[0.0; PADDED]; t.len()];
         let (mut beta, mut depth) = (zero.clone(), zero);
-        // Lumps first: many small numbers lose digits on top of a large one.
-        for is_smooth in [false, true] {
-            let own = self.0.iter().filter(|medium| medium.is_smooth() == is_smooth);
-            own.filter(|medium| is_wanted(medium.as_ref()))
-                .for_each(|medium| medium.add(level, t, &mut beta, &mut depth));
-        }
+        self.each_lumps_first(|_, medium| {
+            if is_wanted(medium) {
+                medium.add(level, t, &mut beta, &mut depth);
+            }
+        });
         [beta, depth]
     }
 
-    /// From where to where there is any fog on rays up to `length` [m]; `None` if there is none.
-    pub fn span(&self, length: f32) -> Option<(f32, f32)> {
-        self.within(length, |_| true)
+    /// All media with their groups, lumps first: many small numbers lose digits on top of a large one.
+    fn each_lumps_first(&self, mut visit: impl FnMut(usize, &dyn OnRays)) {
+        for is_smooth in [false, true] {
+            let own = self.0.iter().filter(|(_, medium)| medium.is_smooth() == is_smooth);
+            own.for_each(|(group, medium)| visit(*group, medium.as_ref()));
+        }
     }
 
-    /// The same of lumps.
+    /// From where to where there is any fog of a group on rays up to `length` [m]; `None` if there is
+    /// none.
+    pub fn span_of(&self, group: usize, length: f32) -> Option<(f32, f32)> {
+        self.within(length, |own, _| own == group)
+    }
+
+    /// The same of the lumps of all groups.
     pub fn dense(&self, length: f32) -> Option<(f32, f32)> {
-        self.within(length, |medium| !medium.is_smooth())
+        self.within(length, |_, medium| !medium.is_smooth())
     }
 
-    fn within(&self, length: f32, is_wanted: impl Fn(&dyn OnRays) -> bool) -> Option<(f32, f32)> {
-        let wanted = self.0.iter().filter(|medium| is_wanted(medium.as_ref()));
-        let (from, to) = hull(wanted.filter_map(|medium| medium.span()))?;
+    fn within(
+        &self,
+        length: f32,
+        is_wanted: impl Fn(usize, &dyn OnRays) -> bool,
+    ) -> Option<(f32, f32)> {
+        let wanted = self.0.iter().filter(|(group, medium)| is_wanted(*group, medium.as_ref()));
+        let (from, to) = hull(wanted.filter_map(|(_, medium)| medium.span()))?;
         let (from, to) = (from.max(0.0), to.min(length));
         (from < to).then_some((from, to))
     }
@@ -350,24 +422,27 @@ impl Sum<dyn OnRays> {
     pub fn finest(&self, from: f32, to: f32) -> f32 {
         /// Share of the fog around it from which on a lump stands out.
         const OUTSTANDING: f32 = 0.3;
-        let all = self.0.iter().map(|medium| medium.most(from, to)).sum::<f32>();
-        let finest = self.0.iter().map(|medium| medium.finest(from, to, OUTSTANDING * all));
+        let all = self.0.iter().map(|(_, medium)| medium.most(from, to)).sum::<f32>();
+        let finest = self.0.iter().map(|(_, medium)| medium.finest(from, to, OUTSTANDING * all));
         finest.fold(f32::INFINITY, f32::min)
     }
 
     /// The most that any ray meets up to `length`.
     pub fn most(&self, length: f32) -> f32 {
-        self.0.iter().map(|medium| medium.most(0.0, length)).sum()
+        self.0.iter().map(|(_, medium)| medium.most(0.0, length)).sum()
     }
 
     /// Where what is smooth has surely added that much optical depth behind a ray parameter [m].
     pub fn hides_from(&self, from: f32, depth: f32) -> f32 {
-        self.0.iter().map(|medium| medium.hides_from(from, depth)).fold(f32::INFINITY, f32::min)
+        self.0
+            .iter()
+            .map(|(_, medium)| medium.hides_from(from, depth))
+            .fold(f32::INFINITY, f32::min)
     }
 
     /// Ray parameters where β, or its slope, jumps, ray by ray [m].
     pub fn edges(&self) -> Vec<Each> {
-        self.0.iter().flat_map(|medium| medium.edges()).collect()
+        self.0.iter().flat_map(|(_, medium)| medium.edges()).collect()
     }
 }
 

@@ -66,7 +66,7 @@ pub fn lamp(id: &str, position: DVec3, intensity: [f64; 3]) -> Light {
 pub fn blob(center: DVec3, radius: f64, depth: f64) -> Blob {
     let radius = round_to(radius, 1e3);
     let extinction = depth / (radius * std::f64::consts::PI.sqrt());
-    Blob { center: rounded(center, 1e3), radius, extinction: round_to(extinction, 1e6) }
+    Blob { center: rounded(center, 1e3), radius, extinction: round_to(extinction, 1e6).into() }
 }
 
 /// Fog made of blobs.
@@ -78,7 +78,7 @@ pub fn gaussians(id: &str, blobs: Vec<Blob>) -> Term {
 pub fn homogeneous(id: &str, extinction: f64) -> Term {
     Term::Homogeneous(Homogeneous {
         id: Some(id.into()),
-        extinction: Some(extinction),
+        extinction: Some(extinction.into()),
         ..Homogeneous::default()
     })
 }

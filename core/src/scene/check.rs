@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::json::limits::{self, COUNTS};
+use crate::media::Common;
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -12,9 +13,8 @@ pub struct CheckedScene(Arc<Scene>);
 
 impl CheckedScene {
     /// The enabled lights with their places in the scene's list.
-    pub fn lights(&self) -> impl Iterator<Item = (usize, &Point)> {
-        let enabled = self.lights.iter().enumerate().filter(|(_, light)| light.enabled());
-        enabled.map(|(i, Light::Point(point))| (i, point))
+    pub fn lights(&self) -> impl Iterator<Item = (usize, &Light)> {
+        self.lights.iter().enumerate().filter(|(_, light)| light.enabled())
     }
 }
 
@@ -216,10 +216,17 @@ fn check_lights(check: &mut Checker, lights: &[Light]) {
     check.count(lights.len(), COUNTS.lights, "lights", || "/lights".into());
     check_ids(check, "lights", lights.iter().map(Light::id));
     for (i, light) in lights.iter().enumerate().take(COUNTS.lights) {
-        let at = |name: &str| format!("/lights/{i}/{name}");
-        let Light::Point(point) = light;
-        check.triple(point.position.0, limits::COORDINATE, || at("position"));
-        check.triple(point.intensity.0, limits::INTENSITY, || at("intensity"));
+        light.check(check, &|name| format!("/lights/{i}/{name}"));
+    }
+}
+
+fn check_scattering(check: &mut Checker, term: &Term, at: &dyn Fn(&str) -> String) {
+    let Common { albedo, phase, .. } = term.common();
+    if let Some(albedo) = albedo {
+        check.triple(albedo.0, limits::FRACTION, || at("albedo"));
+    }
+    if let Some(phase) = phase {
+        phase.check(check, || at("phase"));
     }
 }
 
@@ -237,9 +244,10 @@ fn check_fog(check: &mut Checker, fog: &Fog) {
         if blobs > COUNTS.blobs {
             return;
         }
+        check_scattering(check, term, &at);
         term.check(check, &at);
     }
-    if let Some(detail) = crate::airlight::refusal(&fog.terms, &fog.phase, fog.airlight) {
+    if let Some(detail) = fog.refusal(fog.airlight) {
         check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
     }
 }

@@ -1,10 +1,10 @@
 //! The fog: its terms, what it does to light, and how that is computed.
 
-use crate::airlight::Airlight;
+use crate::airlight::{Airlight, refusal};
 use crate::json::bounded;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Rgb};
-use crate::media::Term;
+use crate::media::{Bands, Scattering, Term, scatterings};
 use crate::phase::{Isotropic, Phase};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -13,9 +13,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fog {
-    /// Share of the extinguished light that is scattered, not absorbed (single-scattering albedo).
+    /// Share of the extinguished light that is scattered, not absorbed (single-scattering albedo); for terms
+    /// that have none of their own.
     pub albedo: Albedo,
-    /// Into which directions the fog scatters.
+    /// Into which directions the fog scatters; for terms that do not say it themselves.
     pub phase: Phase,
     /// Radiance of the veil that dense fog tends to [W/(m² sr)], besides the light of the lamps.
     #[schemars(extend("x-usual" = limits::USUAL_RADIANCE))]
@@ -40,6 +41,23 @@ impl Default for Fog {
             surface_lighting: SurfaceLighting::Auto,
             terms: Vec::new(),
         }
+    }
+}
+
+impl Fog {
+    /// How each group of its terms scatters.
+    pub fn scatterings(&self) -> Vec<Scattering> {
+        scatterings(&self.terms, self.albedo, &self.phase)
+    }
+
+    /// Numbers that an optical depth has in it: 1 if every extinction is grey, else 3.
+    pub fn bands(&self) -> usize {
+        Bands::count(&self.terms)
+    }
+
+    /// Why an estimator cannot take this fog, if so.
+    pub fn refusal(&self, asked: Airlight) -> Option<String> {
+        refusal(&self.terms, &self.scatterings(), asked)
     }
 }
 

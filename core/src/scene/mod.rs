@@ -11,7 +11,9 @@ mod reading;
 mod surface;
 
 pub use crate::airlight::Airlight;
-pub use crate::json::{Albedo, Checker, Code, Problem, ReadError, Rgb, Vec3, limits, read, tagged};
+pub use crate::json::{
+    Albedo, Checker, Code, Problem, ReadError, Rgb, Spectrum, Vec3, limits, read, tagged,
+};
 pub use crate::light::{Light, Point};
 pub use crate::media::Term;
 pub use crate::media::gaussians::{Blob, Gaussians};

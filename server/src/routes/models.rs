@@ -7,7 +7,7 @@ use crate::answer::{Fixed, JSON};
 use crate::openapi::Operation;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use fogbank_core::airlight::errors;
+use fogbank_core::airlight::about::{About, Exactness, MeasuredError};
 use fogbank_core::media::KINDS;
 use fogbank_core::scene::tagged::Tagged;
 use fogbank_core::scene::{self, Airlight, Phase, Scene, SurfaceLighting, Term};
@@ -67,30 +67,50 @@ struct Supports {
 /// What no type can know about a model.
 #[derive(Clone, Copy)]
 struct Origin {
-    kind: Kind,
-    name: &'static str,
     source: &'static str,
-    measured_error: Measured,
+    error: Exactness,
 }
 
-/// How far a model is from the truth.
-#[derive(Clone, Copy)]
-enum Measured {
-    /// In words.
-    Words(&'static str),
-    /// As [`errors::MEASURED`] says of this estimator.
-    Table(Airlight),
+impl Origin {
+    /// Of a model, by its name in a scene.
+    fn of(kind: Kind, name: &str) -> Option<Self> {
+        match kind {
+            Kind::Medium => {
+                let error = Exactness::Words("A closed form: rounding is its only error.");
+                let (_, source, _) = KINDS.iter().find(|(own, ..)| *own == name)?;
+                Some(Self { source, error })
+            }
+            Kind::Airlight => {
+                let airlight: Airlight = serde_json::from_value(name.into()).ok()?;
+                let About { source, error, .. } = airlight.about();
+                Some(Self { source, error })
+            }
+            Kind::SurfaceLighting => {
+                let found = SURFACE_LIGHTING.iter().find(|(own, ..)| *own == name)?;
+                Some(Self { source: found.1, error: Exactness::Words(found.2) })
+            }
+        }
+    }
 }
 
-impl Measured {
-    fn text(self) -> String {
-        let airlight = match self {
-            Self::Words(words) => return words.to_owned(),
-            Self::Table(airlight) => airlight,
-        };
-        let error = errors::measured(airlight).copied().unwrap_or_default();
-        let [median, p95, max] = [error.median, error.p95, error.max].map(percent);
-        format!("Relative to {}: median {median}, p95 {p95}, largest {max}.", error.against)
+/// Name, source and error of the surface-lighting models.
+const SURFACE_LIGHTING: &[(&str, &str, &str)] = &[
+    ("auto", "Chooses for the scene.", "That of the model it chooses."),
+    (
+        "attenuated",
+        "Beer–Lambert law between lamp and surface.",
+        "Leaves out the light that the fog scatters onto surfaces.",
+    ),
+];
+
+/// How far a model is from the truth, in a sentence.
+fn in_words(error: Exactness) -> String {
+    match error {
+        Exactness::Words(words) => words.to_owned(),
+        Exactness::Measured(MeasuredError { against, median, p95, max }) => {
+            let [median, p95, max] = [median, p95, max].map(percent);
+            format!("Relative to {against}: median {median}, p95 {p95}, largest {max}.")
+        }
     }
 }
 
@@ -105,58 +125,6 @@ fn percent(share: f64) -> String {
         _ => format!("{percent:.0} %"),
     }
 }
-
-const ORIGINS: &[Origin] = &[
-    Origin {
-        kind: Kind::Airlight,
-        name: "auto",
-        source: "Sun 2005 in isotropic homogeneous fog; else one Gauss rule per ray in a variable that \
-            is smooth near lights and where fog lies, with exact β and T.",
-        measured_error: Measured::Table(Airlight::Auto),
-    },
-    Origin {
-        kind: Kind::Airlight,
-        name: "none",
-        source: "Only the veil: ambient · (1 − transmittance) (Biri 2002).",
-        measured_error: Measured::Words(
-            "Leaves out all light of the lamps that the fog scatters to the eye.",
-        ),
-    },
-    Origin {
-        kind: Kind::Airlight,
-        name: "sun2005",
-        source: "Sun, Ramamoorthi, Narasimhan, Nayar: A Practical Analytic Single Scattering Model \
-            for Real Time Rendering (SIGGRAPH 2005): airlight of a point light by the function F.",
-        measured_error: Measured::Table(Airlight::Sun2005),
-    },
-    Origin {
-        kind: Kind::Airlight,
-        name: "fogshop2007",
-        source: "Zhou, Hou, Gong, Snyder, Guo, Shum: Fogshop (Pacific Graphics 2007): analytic \
-            approximation of single scattering in a sum of Gaussians.",
-        measured_error: Measured::Table(Airlight::Fogshop2007),
-    },
-    Origin {
-        kind: Kind::Airlight,
-        name: "reference",
-        source: "The single-scattering integral itself, by adaptive quadrature in f64.",
-        measured_error: Measured::Table(Airlight::Reference),
-    },
-    Origin {
-        kind: Kind::SurfaceLighting,
-        name: "auto",
-        source: "Chooses for the scene.",
-        measured_error: Measured::Words("That of the model it chooses."),
-    },
-    Origin {
-        kind: Kind::SurfaceLighting,
-        name: "attenuated",
-        source: "Beer–Lambert law between lamp and surface.",
-        measured_error: Measured::Words(
-            "Leaves out the light that the fog scatters onto surfaces.",
-        ),
-    },
-];
 
 static MODELS: LazyLock<Fixed> = LazyLock::new(|| {
     let models = Models { models: all().into_iter().flatten().collect() };
@@ -198,15 +166,13 @@ fn model(kind: Kind, schema: Value) -> Result<Model, String> {
         Kind::Airlight | Kind::SurfaceLighting => schema.get("const"),
     };
     let name = name.and_then(Value::as_str).unwrap_or_default().to_owned();
-    let mut origins = origins();
-    let origin = origins.find(|origin| origin.kind == kind && origin.name == name);
-    let Some(origin) = origin else { return Err(name) };
+    let Some(origin) = Origin::of(kind, &name) else { return Err(name) };
     Ok(Model {
         kind,
         source: origin.source,
         summary: schema["description"].as_str().unwrap_or_default().to_owned(),
         supports: supports(kind, &name),
-        measured_error: origin.measured_error.text(),
+        measured_error: in_words(origin.error),
         schema,
         name,
     })
@@ -240,17 +206,6 @@ fn term(kind: &str) -> Value {
     terms.get(0).cloned().unwrap_or_default()
 }
 
-/// Where every model comes from: the media as their list says, then the others.
-fn origins() -> impl Iterator<Item = Origin> {
-    let medium = |(name, source, _): &(&'static str, &'static str, &str)| Origin {
-        kind: Kind::Medium,
-        name,
-        source,
-        measured_error: Measured::Words("A closed form: rounding is its only error."),
-    };
-    KINDS.iter().map(medium).chain(ORIGINS.iter().copied())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,9 +218,10 @@ mod tests {
     #[test]
     fn every_model_of_a_scene_has_an_origin_and_every_origin_a_model() {
         let all: Vec<_> = all().into_iter().map(Result::unwrap).collect();
-        assert_eq!(all.len(), origins().count());
-        let media: Vec<_> = all.iter().filter(|model| model.kind == Kind::Medium).collect();
-        assert_eq!(media.len(), Term::KINDS.len());
+        let count = |kind| all.iter().filter(|model| model.kind == kind).count();
+        assert_eq!(count(Kind::Medium), Term::KINDS.len());
+        assert_eq!(count(Kind::Airlight), Airlight::ALL.len());
+        assert_eq!(count(Kind::SurfaceLighting), SURFACE_LIGHTING.len());
         assert!(all.iter().all(|model| !model.summary.is_empty()));
     }
 

@@ -48,7 +48,8 @@ fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, Enc
 
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
-    let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale.";
+    let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale; a number a \
+        pixel, or three where an extinction has a colour.";
     let scale = "Only with image/png: the optical depth of white; a pixel p means p / 65535 of it.";
     let blob = json!({ "kind": "gaussians", "blobs": [{ "center": [0, 1, 0], "radius": 2 }] });
     let example = json!({ "scene": { "fog": { "terms": [blob] } }, "width": 64, "height": 48 });

@@ -70,7 +70,7 @@ fn group_depths(job: &Job, field: &Field, paths: &[(DVec3, DVec3, f64)]) -> Vec<
             }
         };
     };
-    let gaussians = &field.media().gaussians;
+    let gaussians = &field.only().gaussians;
     let search = field.search_for(gaussians, bundle, shortest, Purpose::Depth);
     let list = gaussians.near(job.level, &search);
     let mut batch = Rays::empty();

@@ -2,9 +2,9 @@
 //! Rays stand in lanes, blobs are walked one by one.
 
 use super::{Crossing, LightSide, Lit};
-use crate::airlight::least_distance;
 use crate::geometry::batch::{Fogged, Rays, Row, SIZE, load3};
 use crate::json::limits::COUNTS;
+use crate::light::{Source, least_distance};
 use crate::media::Field;
 use crate::media::gaussians::{BlobList, ExactRay, Seen, not_negative};
 use crate::num::{Lanes, Num};
@@ -29,9 +29,9 @@ impl LitBlobs {
     }
 
     /// Packs a light's side of the published method.
-    pub fn new(field: &Field, light: DVec3, side: LightSide) -> Self {
+    pub fn new(field: &Field, light: Source, side: LightSide) -> Self {
         let blobs = super::blobs(field).iter().zip(&side.exponents).map(|(blob, exponent)| {
-            let from = (blob.center - light) * blob.a;
+            let from = (blob.center - light.apex()) * blob.a;
             let numbers = [from.x, from.y, from.z, *exponent];
             numbers.map(|number| number as f32)
         });

@@ -1,12 +1,12 @@
 //! The eight rays that stand for a patch, and the way from their points to a light.
 
 use super::patch::Patch;
-use crate::airlight::ToLight;
-use crate::cpu::shade::near_paths;
+use crate::cpu::shade::Ways;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
-use crate::geometry::batch::{Rays, SIZE, load3};
+use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
+use crate::light::ToLight;
 use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
@@ -42,8 +42,10 @@ pub fn of_place(rows: &[Each], place: usize) -> [f32; CONTROL] {
 /// What airlight depends on, row by row.
 #[derive(Clone, Debug)]
 pub struct Fields {
-    /// ln β − T; behind what is opaque its size does not matter.
+    /// ln β − T, β of the group that scatters; behind what is opaque its size does not matter.
     pub log: Vec<Each>,
+    /// β of all other groups; no rows if there are none.
+    pub other_beta: Vec<Each>,
     /// T(x, s)/d, the mean extinction towards the light [1/m].
     pub mean: Vec<Each>,
     /// T.
@@ -69,7 +71,7 @@ fn through(context: &Context, place: impl Fn(usize) -> Vec2) -> Control {
 /// Where a light stands relative to the first of some rays.
 pub fn to_light(rays: &Control, lamp: &Lamp) -> ToLight<f64> {
     let (offset, direction) = rays.first();
-    ToLight::new((lamp.from_camera - offset).into(), direction.into())
+    lamp.from_camera.beside(offset.into(), direction.into())
 }
 
 /// T(x, s)/d at ray parameters `t`: the mean extinction towards a light.
@@ -77,13 +79,13 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     /// Points that share a list of lumps.
     const POINTS: usize = 64;
     let Context { job, field, .. } = context;
-    let light = lamp.from_camera.as_vec3();
+    let apex = lamp.from_camera.apex().as_vec3();
     let mut mean = vec![[0.0; PADDED]; t.len()];
     let haze = field.smooth(context.viewpoint.position);
-    haze.add_mean(job.level, light, rays, t, &mut mean);
+    haze.add_mean(job.level, apex, rays, t, &mut mean);
     if let Some(table) = lamp.table.as_ref() {
         dispatch!(job.level, simd => {
-            add_table(simd, rays, V3::splat(simd, light.to_array()), table, t, &mut mean);
+            add_table(simd, rays, V3::splat(simd, apex.to_array()), table, t, &mut mean);
         });
     } else if field.lumps() > 0 {
         for (t, mean) in t.chunks(POINTS / PADDED).zip(mean.chunks_mut(POINTS / PADDED)) {
@@ -94,20 +96,13 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
 }
 
 fn add_lumps(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each], mean: &mut [Each]) {
-    let light = lamp.from_camera.as_vec3();
-    let (mut paths, mut length) = (Rays::empty(), [0.0f32; SIZE]);
-    paths.count = t.len() * PADDED;
-    for (at, t) in t.as_flattened().iter().enumerate() {
-        let way = rays.point(at % PADDED, *t) - light;
-        length[at] = way.length().max(f32::MIN_POSITIVE);
-        let direction = way / length[at];
-        (0..3).for_each(|k| paths.direction[k][at] = direction[k]);
-    }
+    let point = |at: usize| rays.point(at % PADDED, t.as_flattened()[at]);
+    let ways = Ways::new(lamp, t.len() * PADDED, point);
     let mut depth = [0.0; SIZE];
-    let near = near_paths(context, lamp, &paths, &length, 0..paths.count);
-    near.add_depth(&context.job, &paths, false, &length, &mut depth);
+    let near = ways.near(context, lamp, 0..ways.rays.count);
+    near.add_depth(&context.job, &ways.rays, false, &ways.length, &mut depth);
     for (at, mean) in mean.as_flattened_mut().iter_mut().enumerate() {
-        *mean += depth[at] / length[at];
+        *mean += depth[at] / ways.length[at];
     }
 }
 
@@ -115,14 +110,14 @@ fn add_lumps(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each], mean: &
 fn add_table<S: Simd>(
     simd: S,
     rays: &Control,
-    light: V3<Lanes<S>>,
+    apex: V3<Lanes<S>>,
     table: &LightTable,
     t: &[Each],
     mean: &mut [Each],
 ) {
     for (mean, t) in mean.iter_mut().zip(t) {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
-            let start = load3(simd, &rays.offset, at) - light;
+            let start = load3(simd, &rays.offset, at) - apex;
             let way = start + load3(simd, &rays.direction, at).scale(Lanes::load(simd, &t[at..]));
             (table.means(simd, way) + Lanes::load(simd, &mean[at..])).store(&mut mean[at..]);
         }

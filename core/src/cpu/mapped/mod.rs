@@ -37,9 +37,9 @@ const LEAST_LAYERED: f32 = 8.0;
 /// in 8-bit pictures, a Gaussian is a cubic to 2 %.
 const SMOOTH: f32 = 4.5;
 
-/// Adds the airlight of every light along the rays of some batches that stand together, and where
+/// Adds what is scattered of some lamps along the rays of some batches that stand together, and where
 /// the picture allows it sets what fog takes away, too.
-pub fn add(context: &Context, lamps: &[usize], block: &[Ends<'_>], fogged: &mut [Fogged]) {
+pub fn add(context: &Context, asked: &[usize], block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let fog = near_views(context, block, Purpose::Nodes).patched();
     let haze = &context.field.smooth(context.viewpoint.position);
@@ -54,9 +54,11 @@ pub fn add(context: &Context, lamps: &[usize], block: &[Ends<'_>], fogged: &mut 
             continue;
         }
         let sights = Sights::new(context, &around.fog, &patch);
-        for (row, i) in lamps.iter().enumerate() {
+        for (row, i) in asked.iter().enumerate() {
             let sets_depth = *i == 0 && context.interpolates();
-            let to = ToLamp { context, lamp: &context.lamps[*i], tolerance, sets_depth };
+            let scatter = &context.scatters[*i];
+            let lamp = &context.lamps[scatter.lamp];
+            let to = ToLamp { context, lamp, scatter, tolerance, sets_depth };
             let pass = Pass { to, row, haze, block, places: &places };
             let mut parts = pass.light(&patch, &sights, fogged);
             while let Some(part) = parts.pop().filter(|_| !is_over()) {
@@ -189,7 +191,7 @@ impl Pass<'_> {
         // Haze hides the rest of a long ray by itself.
         let longest = longest.min(control.met.hides_from(0.0, OPAQUE as f32));
         let dense = control.met.dense(longest);
-        let (from, to) = control.met.span(longest)?;
+        let (from, to) = control.met.span_of(self.to.scatter.group, longest)?;
         Some(Reach { from, to: self.opaque_from(control, from, to, dense), dense })
     }
 
@@ -265,7 +267,7 @@ impl Pass<'_> {
     fn head(&self, sight: &Sight, section: &Section, nodes: &Nodes) -> Head {
         let (shares, log_weights) = (nodes.share.as_flattened(), nodes.log_weight.as_flattened());
         let t: Vec<_> = shares.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
-        let Fields { log, mean, depth } = sight.fields(&self.to, &t);
+        let Fields { log, mean, depth, .. } = sight.fields(&self.to, &t);
         let stretch = first_half(&section.range).map(|range| nodes.log_stretch(range));
         let node = |(j, (share, log_weight)): (usize, (&f32, &f32))| {
             let at = of_place(&log, j);
@@ -283,7 +285,7 @@ impl Pass<'_> {
 
     fn tail(&self, sight: &Sight, from: f32, section: &Section) -> Tail {
         let t: Vec<_> = CHEBYSHEV.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
-        let Fields { log, mean, depth } = sight.fields(&self.to, &t);
+        let Fields { log, mean, depth, .. } = sight.fields(&self.to, &t);
         let along =
             |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(quadratic);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
@@ -297,7 +299,7 @@ impl Pass<'_> {
     fn add<S: Simd>(&self, simd: S, patch: &Patch, sums: &Sums, fogged: &mut [Fogged]) {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
-        let ToLamp { context, lamp, .. } = self.to;
+        let ToLamp { lamp, scatter, .. } = self.to;
         for members in sums.layer.members.chunks(Lanes::<S>::COUNT) {
             let gathered = self.gather(members);
             let row = |i: usize| &gathered[i];
@@ -313,8 +315,7 @@ impl Pass<'_> {
             let offset =
                 V3::new(Lanes::load(simd, ox), Lanes::load(simd, oy), Lanes::load(simd, oz));
             let length = Lanes::load(simd, length);
-            let toward = V3::lit(one, lamp.from_camera) - offset;
-            let light = Light::new(context.phase, toward, direction);
+            let light = Light::new(scatter.phase, lamp.from_camera, offset, direction);
             let mut sum = one.lit(0.0);
             for head in sums.heads {
                 sum += pixels::head(simd, head, &terms, &light);

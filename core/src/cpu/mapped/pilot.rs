@@ -4,10 +4,10 @@
 use super::control::{self, Fields};
 use super::pixels::{Head, Light, at};
 use super::sight::{CHECK, Section, Sight, ToLamp};
-use crate::airlight::ToLight;
 use crate::airlight::mapped::{Map, OPAQUE, PROBES, Probes, SIZES};
 use crate::frame::tolerance::Tolerance;
 use crate::geometry::control::{Each, PADDED};
+use crate::light::ToLight;
 use crate::num::{Lanes, Num};
 use crate::quadrature::gauss_legendre;
 use fearless_simd::{Simd, dispatch};
@@ -113,7 +113,7 @@ impl Nodes {
     ) -> Vec<Each> {
         let (level, t) = (to.context.job.level, self.on(section));
         dispatch!(level, simd => {
-            terms(simd, &Light::of(simd, to.context.phase, light), &t, log, mean)
+            terms(simd, &Light::of(simd, to.scatter.phase, light), &t, log, mean)
         })
     }
 
@@ -141,7 +141,7 @@ pub fn nodes(to: &ToLamp, sight: &Sight, section: &Section, dense: Option<(f32, 
     let probes = Probes::new(begin, end, dense, &to_light);
     let t: Vec<Each> = probes.at.chunks(PADDED).map(row).collect();
     let fields = sight.fields(to, &t);
-    let phase = to.context.phase;
+    let phase = to.scatter.phase;
     let seen = dispatch!(level, simd => {
         seen(simd, &Light::of(simd, phase, &to_light), &t, &fields)
     });
@@ -293,7 +293,11 @@ fn removed_by_lumps<S: Simd>(
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let load = |rows: &[Each]| Lanes::load(simd, &rows[row][at..]);
             let whole = load(&fields.depth);
-            let own = (load(&fields.log) + whole.min(whole.lit(2.0 * OPAQUE))).exp() - load(beta);
+            let mut own =
+                (load(&fields.log) + whole.min(whole.lit(2.0 * OPAQUE))).exp() - load(beta);
+            if !fields.other_beta.is_empty() {
+                own += load(&fields.other_beta);
+            }
             let weight = load(log_weights) - whole + load(depth);
             (own.max(own.lit(0.0)) * weight.exp()).store(&mut terms[at..]);
         }

@@ -2,7 +2,7 @@
 //! distance from the light.
 
 use super::control::CONTROL;
-use crate::airlight::ToLight;
+use crate::light::{Source, ToLight};
 use crate::num::{Lanes, Num};
 use crate::phase::PhaseFunction;
 use crate::quadrature::gauss_legendre;
@@ -117,59 +117,60 @@ impl<S: Simd> Terms<S> {
 
 /// A light relative to rays in lanes.
 pub struct Light<S: Simd> {
-    closest: Lanes<S>,
-    miss2: Lanes<S>,
+    to: ToLight<Lanes<S>>,
     phase: PhaseFunction,
 }
 
 impl<S: Simd> Light<S> {
-    /// From the light's place relative to the rays' starts, and their directions.
+    /// Before rays from their starts in their directions.
     #[inline(always)]
-    pub fn new(phase: PhaseFunction, light: V3<Lanes<S>>, direction: V3<Lanes<S>>) -> Self {
-        let ToLight { closest, miss } = ToLight::new(light, direction);
-        Self { closest, miss2: miss.squared(), phase }
+    pub fn new(
+        phase: PhaseFunction,
+        light: Source,
+        start: V3<Lanes<S>>,
+        direction: V3<Lanes<S>>,
+    ) -> Self {
+        Self { to: light.beside(start, direction), phase }
     }
 
     /// The same light before one ray.
     #[inline(always)]
     pub fn of(simd: S, phase: PhaseFunction, &ToLight { closest, miss }: &ToLight<f64>) -> Self {
         let splat = |value: f64| Lanes::splat(simd, value as f32);
-        Self { closest: splat(closest), miss2: splat(miss).squared(), phase }
+        Self { to: ToLight { closest: splat(closest), miss: splat(miss) }, phase }
     }
 
     /// √(k(α) e^(log − mean · d)) at the ray parameter `t`.
     #[inline(always)]
     pub fn root(&self, t: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
-        let aside = t - self.closest;
-        let distance = aside.mul_add(aside, self.miss2).sqrt();
-        let falling = ((log - mean * distance) * t.lit(0.5)).exp();
-        falling * self.phase.value(-aside / distance).sqrt()
+        let arrival = self.to.at(t);
+        let falling = ((log - mean * arrival.distance) * t.lit(0.5)).exp();
+        falling * self.phase.value(arrival.cos).sqrt()
     }
 
     /// k(α) e^(log − mean · d)/d² at the ray parameter `t`.
     #[inline(always)]
     pub fn scattered(&self, t: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
-        self.scattered_aside(t - self.closest, log, mean)
+        self.scattered_aside(t - self.to.closest, log, mean)
     }
 
     /// The same at distance `aside` from the closest point.
     #[inline(always)]
     fn scattered_aside(&self, aside: Lanes<S>, log: Lanes<S>, mean: Lanes<S>) -> Lanes<S> {
         let zero = aside.lit(0.0);
-        let distance2 = aside.mul_add(aside, self.miss2);
-        let distance = distance2.sqrt();
-        let falling = (log - mean.max(zero) * distance).exp() / distance2;
+        let arrival = self.to.at_aside(aside);
+        let falling = arrival.falloff((log - mean.max(zero) * arrival.distance).exp());
         if self.phase.is_isotropic() {
             return falling * aside.lit(PhaseFunction::ISOTROPIC.value(0.0));
         }
-        falling * self.phase.value(-aside / distance)
+        falling * self.phase.value(arrival.cos)
     }
 }
 
 /// Airlight of a head per unit of ω·I₀.
 #[inline(always)]
 pub fn head<S: Simd>(simd: S, head: &Head, terms: &Terms<S>, light: &Light<S>) -> Lanes<S> {
-    let begin = terms.value(simd, &head.begin) - light.closest;
+    let begin = terms.value(simd, &head.begin) - light.to.closest;
     let range = terms.value(simd, &head.range);
     let mut sum = Lanes::splat(simd, 0.0);
     for node in &head.nodes {
@@ -237,8 +238,8 @@ pub fn tail<S: Simd>(
     let log = Cubic::new(simd, terms, &tail.log);
     let mean = Cubic::new(simd, terms, &tail.mean);
     let chart = chart(simd, tail, terms);
-    let start = Lanes::splat(simd, tail.from) - light.closest;
-    let end = (length - light.closest).max(start);
+    let start = Lanes::splat(simd, tail.from) - light.to.closest;
+    let end = (length - light.to.closest).max(start);
     let turn = zero.max(start).min(end);
     let mut sum = zero;
     // Apart at the closest point, either piece spans less than a right angle from the light.
@@ -263,10 +264,10 @@ fn piece<S: Simd>(
     (from, to): (Lanes<S>, Lanes<S>),
 ) -> Lanes<S> {
     let one = from.lit(1.0);
-    let near = from.mul_add(from, light.miss2).sqrt();
-    let far = to.mul_add(to, light.miss2).sqrt();
+    let near = from.mul_add(from, light.to.miss.squared()).sqrt();
+    let far = to.mul_add(to, light.to.miss.squared()).sqrt();
     let range = (to - from) * near * far;
-    let begin = tail_begin - light.closest;
+    let begin = tail_begin - light.to.closest;
     let most = Lanes::splat(simd, tail.most);
     let mut sum = from.lit(0.0);
     for i in 0..TAIL {

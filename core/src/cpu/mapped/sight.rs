@@ -3,7 +3,7 @@
 use super::control::{self, Fields};
 use super::patch::Patch;
 use crate::airlight::mapped::OPAQUE;
-use crate::frame::context::{Context, Lamp};
+use crate::frame::context::{Context, Lamp, Scatter};
 use crate::frame::tolerance::Tolerance;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::media::{OnRays, Patched, Profile, Smooth, Sum};
@@ -25,6 +25,8 @@ pub struct ToLamp<'a> {
     pub context: &'a Context<'a>,
     /// The lamp.
     pub lamp: &'a Lamp,
+    /// What is scattered of it.
+    pub scatter: &'a Scatter,
     /// What may be missed.
     pub tolerance: &'a Tolerance,
     /// Whether what fog takes away is set on the way.
@@ -115,14 +117,15 @@ impl Sight {
 
     /// Fields at ray parameters `t`.
     pub fn fields(&self, to: &ToLamp, t: &[Each]) -> Fields {
-        let Profile { mut log_beta, depth } = self.met.profile(to.context.job.level, t);
+        let (level, group) = (to.context.job.level, to.scatter.group);
+        let Profile { mut log_beta, other_beta, depth } = self.met.profile(level, group, t);
         for (log, depth) in log_beta.iter_mut().zip(&depth) {
             for (log, depth) in log.iter_mut().zip(depth) {
                 *log -= depth.min(2.0 * OPAQUE as f32);
             }
         }
         let mean = control::toward_light(to.context, to.lamp, &self.rays, t);
-        Fields { log: log_beta, mean, depth }
+        Fields { log: log_beta, other_beta, mean, depth }
     }
 
     /// The section from a ray parameter to an edge, or to another one that is the same on all rays. What

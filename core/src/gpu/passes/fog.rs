@@ -10,12 +10,17 @@ impl Recorder<'_> {
     /// What stands in closed form; clears the fog's target.
     pub fn haze(&mut self) -> Result<(), Failure> {
         let published = matches!(self.context.method, Method::Sun2005 | Method::Fogshop2007);
-        let is_lit = published && self.context.shows_airlight() && !self.context.lamps.is_empty();
+        let is_lit =
+            published && self.context.shows_airlight() && !self.context.scatters.is_empty();
         let defines: &[&str] = if is_lit { &["AIRLIGHT_SUN2005"] } else { &[] };
         let pipeline = self.pipeline(Pass::Haze, &[defines])?;
         let targets = &self.targets;
-        let mut entries =
-            vec![all(0, &self.view), texture(1, &targets.hits), all(2, &self.lists.lamps)];
+        let mut entries = vec![
+            all(0, &self.view),
+            texture(1, &targets.hits),
+            all(2, &self.lists.lamps),
+            all(3, &self.lists.scatters),
+        ];
         entries.extend(self.lists.haze());
         let bind = pipeline.bind(&self.gpu.device, &entries);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -34,32 +39,7 @@ impl Recorder<'_> {
         }
         let is_lit = self.context.method == Method::Fogshop2007 && self.context.shows_airlight();
         let defines: &[&str] = if is_lit { &["AIRLIGHT_FOGSHOP2007"] } else { &[] };
-        if self.gpu.lists_blobs() || self.low_view.is_some() {
-            self.blob_tiles(defines)
-        } else {
-            self.blob_quads(defines)
-        }
-    }
-
-    fn blob_quads(&mut self, defines: &[&'static str]) -> Result<(), Failure> {
-        let pipeline = self.pipeline(Pass::BlobQuads, &[defines])?;
-        let (lists, targets) = (self.lists, &self.targets);
-        let entries = [
-            all(0, &self.view),
-            texture(1, &targets.hits),
-            all(2, &lists.blobs),
-            all(3, &lists.lamps),
-            all(4, &lists.lit),
-        ];
-        let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(&targets.fog, clearing(false))],
-            timestamp_writes: self.timer.render("blobs"),
-            ..Default::default()
-        });
-        let count = self.context.field.lumps() as u32;
-        draw(&mut pass, &pipeline, &bind, (4, count));
-        Ok(())
+        self.blob_tiles(defines)
     }
 
     fn blob_tiles(&mut self, defines: &[&'static str]) -> Result<(), Failure> {
@@ -69,7 +49,7 @@ impl Recorder<'_> {
         for resolution in self.resolutions() {
             let pipeline = self.pipeline(Pass::BlobTiles, &[defines, resolution.defines()])?;
             for blobs in self.spans() {
-                let span = self.span([blobs.start, blobs.end, 0, 0])?;
+                let span = self.span(blobs, [0; 2])?;
                 let (lists, targets) = (self.lists, &self.targets);
                 let (view, grid) = self.view_of(resolution);
                 let is_low = resolution == Resolution::Low;
@@ -82,8 +62,9 @@ impl Recorder<'_> {
                     all(3, fogged),
                     all(4, &span),
                     all(5, &lists.lamps),
-                    all(6, &lists.lit),
+                    all(6, lists.lit()),
                     texture(7, &targets.surfaces),
+                    all(8, &lists.scatters),
                 ];
                 let bind = pipeline.bind(&self.gpu.device, &entries);
                 self.dispatch("blobs", &pipeline, &bind, grid);

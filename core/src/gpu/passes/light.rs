@@ -49,7 +49,7 @@ impl Recorder<'_> {
     fn light_depth(&mut self, depths: &Depths, lamp: u32, place: u32) -> Result<(), Failure> {
         let pipeline = self.pipeline(Pass::LightDepth, &[depths.resolution.defines()])?;
         for blobs in self.spans() {
-            let span = self.span([blobs.start, blobs.end, lamp, place])?;
+            let span = self.span(blobs, [lamp, place])?;
             let (lists, targets) = (self.lists, &self.targets);
             let (view, grid) = self.view_of(depths.resolution);
             let entries = [
@@ -76,7 +76,7 @@ impl Recorder<'_> {
             _ => &["BLOBS", "LOW"],
         };
         let pipeline = self.pipeline(Pass::Surface, &[defines])?;
-        let span = self.span([lamps.start, lamps.end, 0, 0])?;
+        let span = self.span(lamps.clone(), [0; 2])?;
         let (lists, targets) = (self.lists, &self.targets);
         let mut entries = vec![
             all(0, &self.view),

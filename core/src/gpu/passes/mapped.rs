@@ -1,10 +1,12 @@
-//! Airlight by the mapped rule, lamp by lamp, in patches of the picture that get smaller: the device
+//! Airlight by the mapped rule, lamp by lamp and group by group, in patches of the picture that get smaller: the device
 //! itself lists those of the next size, and dispatches by that list.
 
+use crate::frame::context::Scatter;
 use crate::gpu::buffers::Table;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, TILE, all, texture, tiles};
+use crate::gpu::layout::{self, Task};
 use crate::gpu::pipelines::Kind;
 use crate::kept::Same;
 use wgpu::{BufferUsages, CommandEncoder};
@@ -55,8 +57,8 @@ impl Recorder<'_> {
     /// Airlight by the mapped rule.
     pub fn mapped(&mut self) -> Result<(), Failure> {
         let waiting = Waiting::new(self)?;
-        for lamp in 0..self.context.lamps.len() {
-            let table = &self.context.lamps[lamp].table;
+        for (scatter, of) in self.context.scatters.iter().enumerate() {
+            let table = &self.context.lamps[of.lamp].table;
             let table = match table.as_ref() {
                 Some(values) => {
                     let make = || Table::new(&self.gpu.device, values);
@@ -66,7 +68,7 @@ impl Recorder<'_> {
             };
             waiting.begin(&mut self.encoder);
             for size in 0..SIDES.len() {
-                self.patches(lamp as u32, table.as_deref(), &waiting, size)?;
+                self.patches(scatter, table.as_deref(), &waiting, size)?;
             }
             // Lamp by lamp, so that no wait is for all of them.
             self.submit()?;
@@ -78,7 +80,7 @@ impl Recorder<'_> {
 
     fn patches(
         &mut self,
-        lamp: u32,
+        scatter: usize,
         table: Option<&Table>,
         waiting: &Waiting,
         size: usize,
@@ -86,7 +88,10 @@ impl Recorder<'_> {
         let Some(fogged) = &self.targets.computed else { return Ok(()) };
         let defines: &[&str] = if table.is_some() { &["LIGHT_TABLE"] } else { &[] };
         let pipeline = self.pipeline(Pass::Mapped, &[defines])?;
-        let span = self.span([lamp, lamp + 1, SIDES[size], 0])?;
+        let Scatter { group, phase, .. } = self.context.scatters[scatter];
+        let (side, group, g) = (SIDES[size], group as u32, phase.g as f32);
+        let task = layout::one(&Task { scatter: scatter as u32, side, group, g });
+        let task = self.gpu.device.filled(&task, BufferUsages::UNIFORM)?;
         let lists = self.lists;
         let (now, next) = (&waiting.lists[size], &waiting.lists[size + 1]);
         let mut entries = vec![
@@ -94,13 +99,14 @@ impl Recorder<'_> {
             texture(1, &self.targets.hits),
             all(2, &lists.blobs),
             all(3, fogged),
-            all(4, &span),
+            all(4, &task),
             all(5, &lists.lamps),
             all(6, &lists.rules),
             all(7, &waiting.settled),
             all(8, &lists.tolerance),
             all(11, now),
             all(12, next),
+            all(13, &lists.scatters),
         ];
         entries.extend(lists.haze());
         if let Some(table) = table {
@@ -117,7 +123,7 @@ impl Recorder<'_> {
             pass.dispatch_workgroups_indirect(&now.handle, 0);
         }
         drop(pass);
-        self.kept.push(span);
+        self.kept.push(task);
         Ok(())
     }
 }

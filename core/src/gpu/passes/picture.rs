@@ -65,7 +65,7 @@ impl Recorder<'_> {
             copy.rows(device, &submission, push)?;
             Picture::Screen(bytes)
         } else {
-            let channels = self.context.view.layer.channels();
+            let channels = self.context.view.layer.channels(1);
             let mut values = Vec::with_capacity(channels * count);
             let number = |word: &[u8]| word.try_into().map_or(0.0, f32::from_le_bytes);
             copy.rows(device, &submission, |row| {
@@ -103,5 +103,6 @@ impl Recorder<'_> {
 fn for_screen(context: &Context) -> bool {
     let is_radiance =
         matches!(context.view.layer, Layer::Beauty | Layer::Airlight | Layer::Surface);
-    context.view.for_screen && is_radiance
+    // Bands of colour are put together before they are brought onto a screen.
+    context.view.for_screen && is_radiance && !context.is_band
 }

@@ -17,7 +17,7 @@ impl Recorder<'_> {
             all(2, &self.triangles.corners),
             all(3, &self.triangles.normals),
         ];
-        let of_shapes = [all(0, &self.view), all(1, &lists.shapes)];
+        let of_shapes = [all(0, &self.view), all(1, &lists.shapes.list)];
         let device = &self.gpu.device;
         let binds = [triangles.bind(device, &of_triangles), shapes.bind(device, &of_shapes)];
         let nothing = wgpu::Color { r: f64::from(u32::MAX), ..wgpu::Color::TRANSPARENT };
@@ -41,8 +41,8 @@ impl Recorder<'_> {
         if self.triangles.count > 0 {
             draw(&mut pass, &triangles, &binds[0], (3 * self.triangles.count, 1));
         }
-        if lists.shape_count > 0 {
-            draw(&mut pass, &shapes, &binds[1], (4, lists.shape_count));
+        if lists.shapes.count > 0 {
+            draw(&mut pass, &shapes, &binds[1], (4, lists.shapes.count));
         }
         Ok(())
     }

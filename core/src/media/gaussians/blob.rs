@@ -27,13 +27,13 @@ pub struct Gaussian {
     pub c: f64,
 }
 
-impl From<&Blob> for Gaussian {
-    fn from(blob: &Blob) -> Self {
-        Self { center: blob.center.vector(), a: 1.0 / blob.radius, c: blob.extinction }
-    }
-}
-
 impl Gaussian {
+    /// A blob as one channel meets it.
+    pub fn new(blob: &Blob, channel: usize) -> Self {
+        let c = blob.extinction.channels()[channel];
+        Self { center: blob.center.vector(), a: 1.0 / blob.radius, c }
+    }
+
     /// β(x) [1/m].
     pub fn beta(&self, x: DVec3) -> f64 {
         self.c * (-self.a * self.a * (x - self.center).length_squared()).exp()

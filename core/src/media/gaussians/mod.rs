@@ -20,7 +20,8 @@ use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::json::limits::{self, COUNTS};
-use crate::json::{Checker, Vec3, bounded};
+use crate::json::{Albedo, Checker, Spectrum, Vec3, bounded};
+use crate::phase::Phase;
 use crate::progress::Job;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
@@ -40,6 +41,12 @@ pub struct Gaussians {
     pub id: Option<String>,
     /// False removes it from the fog.
     pub enabled: bool,
+    /// Share of the extinguished light that this term scatters; the fog's own where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<Albedo>,
+    /// Into which directions this term scatters; as the fog's own where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<Phase>,
     /// The blobs.
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
     #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
@@ -48,7 +55,7 @@ pub struct Gaussians {
 
 impl Default for Gaussians {
     fn default() -> Self {
-        Self { id: None, enabled: true, blobs: Vec::new() }
+        Self { id: None, enabled: true, albedo: None, phase: None, blobs: Vec::new() }
     }
 }
 
@@ -62,14 +69,13 @@ pub struct Blob {
     #[schemars(range(min = limits::RADIUS.min, max = limits::RADIUS.max))]
     pub radius: f64,
     /// Extinction at the centre [1/m].
-    #[schemars(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))]
-    #[schemars(extend("x-usual" = limits::USUAL_EXTINCTION))]
-    pub extinction: f64,
+    #[schemars(schema_with = "Spectrum::extinction")]
+    pub extinction: Spectrum,
 }
 
 impl Default for Blob {
     fn default() -> Self {
-        Self { center: Vec3::splat(0.0), radius: 1.0, extinction: 0.4 }
+        Self { center: Vec3::splat(0.0), radius: 1.0, extinction: Spectrum::Grey(0.4) }
     }
 }
 
@@ -89,7 +95,12 @@ impl TermKind for Gaussians {
     }
 
     fn common(&self) -> Common<'_> {
-        Common { id: self.id.as_deref(), enabled: self.enabled }
+        Common {
+            id: self.id.as_deref(),
+            enabled: self.enabled,
+            albedo: self.albedo,
+            phase: self.phase.as_ref(),
+        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
@@ -97,7 +108,7 @@ impl TermKind for Gaussians {
             let at = |name: &str| at(&format!("blobs/{i}/{name}"));
             check.triple(blob.center.0, limits::COORDINATE, || at("center"));
             check.number(blob.radius, limits::RADIUS, || at("radius"));
-            check.number(blob.extinction, limits::EXTINCTION, || at("extinction"));
+            check.spectrum(blob.extinction, limits::EXTINCTION, || at("extinction"));
         }
     }
 
@@ -105,8 +116,13 @@ impl TermKind for Gaussians {
         self.blobs.len()
     }
 
-    fn merge(terms: &[&Self]) -> Blobs {
-        let blobs = terms.iter().flat_map(|term| &term.blobs).map(Gaussian::from);
+    fn is_grey(&self) -> bool {
+        self.blobs.iter().all(|blob| blob.extinction.is_grey())
+    }
+
+    fn merge(terms: &[&Self], channel: usize) -> Blobs {
+        let blobs = terms.iter().flat_map(|term| &term.blobs);
+        let blobs = blobs.map(|blob| Gaussian::new(blob, channel));
         Blobs::new(blobs.filter(|blob| blob.c > 0.0).collect())
     }
 }
@@ -209,9 +225,9 @@ impl Medium for Blobs {
         self.all.len()
     }
 
-    fn outline(&self, light: DVec3) -> Outline {
+    fn outline(&self, apex: DVec3) -> Outline {
         self.all.iter().fold(Outline::default(), |mut outline, blob| {
-            outline.add(light, blob.center, 1.0 / blob.a, blob.half_depth());
+            outline.add(apex, blob.center, 1.0 / blob.a, blob.half_depth());
             outline
         })
     }

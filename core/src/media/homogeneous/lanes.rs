@@ -20,8 +20,8 @@ impl Near for Haze {
 }
 
 impl Smooth for Haze {
-    fn add_mean(&self, level: Level, light: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]) {
-        dispatch!(level, simd => add_mean(simd, self, light.y, rays, t, mean));
+    fn add_mean(&self, level: Level, apex: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]) {
+        dispatch!(level, simd => add_mean(simd, self, apex.y, rays, t, mean));
     }
 
     fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {

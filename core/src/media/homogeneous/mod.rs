@@ -7,8 +7,9 @@ mod lanes;
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Along, Common, Medium, Near, Search, Smooth, TermKind, Ways};
 use crate::geometry::Ray;
-use crate::json::{Checker, Code, limits};
+use crate::json::{Albedo, Checker, Code, Spectrum, limits};
 use crate::num::Num;
+use crate::phase::Phase;
 use fearless_simd::Level;
 use glam::{DVec3, Vec4};
 use schemars::JsonSchema;
@@ -19,7 +20,10 @@ use serde::{Deserialize, Serialize};
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("not" = {
     "required": ["extinction", "visibility_m"],
-    "properties": { "extinction": { "type": "number" }, "visibility_m": { "type": "number" } },
+    "properties": {
+        "extinction": { "type": ["number", "array"] },
+        "visibility_m": { "type": "number" },
+    },
 }))]
 pub struct Homogeneous {
     /// Name of this term, unique among the terms.
@@ -30,15 +34,20 @@ pub struct Homogeneous {
     pub enabled: bool,
     /// Extinction β [1/m]; 0.02 when neither it nor the visibility is given.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))]
-    #[schemars(extend("x-usual" = limits::USUAL_EXTINCTION))]
-    pub extinction: Option<f64>,
+    #[schemars(schema_with = "Spectrum::optional_extinction")]
+    pub extinction: Option<Spectrum>,
     /// Meteorological visibility V [m]: extinction = −ln 0.05 / V.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = limits::VISIBILITY.min, max = limits::VISIBILITY.max))]
     #[schemars(extend("x-usual" = limits::USUAL_VISIBILITY))]
     #[schemars(extend("x-reciprocal-of" = ReciprocalOf::extinction()))]
     pub visibility_m: Option<f64>,
+    /// Share of the extinguished light that this term scatters; the fog's own where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<Albedo>,
+    /// Into which directions this term scatters; as the fog's own where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<Phase>,
     /// How the extinction depends on height.
     pub vertical: Vertical,
 }
@@ -50,6 +59,8 @@ impl Default for Homogeneous {
             enabled: true,
             extinction: None,
             visibility_m: None,
+            albedo: None,
+            phase: None,
             vertical: Vertical::Uniform(Uniform {}),
         }
     }
@@ -57,12 +68,12 @@ impl Default for Homogeneous {
 
 impl Homogeneous {
     /// Extinction β [1/m] of this term.
-    pub fn extinction_per_m(&self) -> f64 {
+    pub fn extinction_per_m(&self) -> Spectrum {
         let ReciprocalOf { product, default, .. } = ReciprocalOf::extinction();
         match (self.extinction, self.visibility_m) {
             (Some(extinction), _) => extinction,
-            (None, Some(visibility_m)) => product / visibility_m,
-            (None, None) => default,
+            (None, Some(visibility_m)) => Spectrum::Grey(product / visibility_m),
+            (None, None) => Spectrum::Grey(default),
         }
     }
 }
@@ -108,12 +119,17 @@ impl TermKind for Homogeneous {
     }
 
     fn common(&self) -> Common<'_> {
-        Common { id: self.id.as_deref(), enabled: self.enabled }
+        Common {
+            id: self.id.as_deref(),
+            enabled: self.enabled,
+            albedo: self.albedo,
+            phase: self.phase.as_ref(),
+        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
         if let Some(extinction) = self.extinction {
-            check.number(extinction, limits::EXTINCTION, || at("extinction"));
+            check.spectrum(extinction, limits::EXTINCTION, || at("extinction"));
         }
         if let Some(visibility_m) = self.visibility_m {
             check.number(visibility_m, limits::VISIBILITY, || at("visibility_m"));
@@ -125,10 +141,17 @@ impl TermKind for Homogeneous {
         self.vertical.check(check, |name| at(&format!("vertical/{name}")));
     }
 
-    fn merge(terms: &[&Self]) -> Haze {
+    fn is_grey(&self) -> bool {
+        self.extinction_per_m().is_grey()
+    }
+
+    fn merge(terms: &[&Self], channel: usize) -> Haze {
         let mut haze = Haze::default();
-        for term in terms.iter().filter(|term| term.extinction_per_m() > 0.0) {
-            haze.add(Layer { beta: term.extinction_per_m(), profile: term.vertical.profile() });
+        for term in terms {
+            let beta = term.extinction_per_m().channels()[channel];
+            if beta > 0.0 {
+                haze.add(Layer { beta, profile: term.vertical.profile() });
+            }
         }
         haze
     }
