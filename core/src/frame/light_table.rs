@@ -11,6 +11,7 @@ use crate::geometry::control::{Control, Each, PADDED};
 use crate::media::{Field, Outline, Purpose};
 use crate::num::{Lanes, Num};
 use crate::progress::{Interrupted, Job};
+use crate::request::Quality;
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdFloat};
 use glam::DVec3;
@@ -40,8 +41,12 @@ pub struct Fineness(usize);
 impl Fineness {
     /// Of each of so many lights' tables, which fit together. It halves from time to time, so that
     /// a light more or less seldom changes the tables of all others.
-    pub fn of(lights: usize) -> Self {
-        Self(MOST.min(MOST_TOGETHER / lights.max(1).next_power_of_two()))
+    ///
+    /// While a lamp is dragged its table is made anew for every draft: a quarter of the samples adds
+    /// less than 0.2 % to the error of one, and is made in less than a third of the time.
+    pub fn of(lights: usize, quality: Quality) -> Self {
+        let most = if quality == Quality::Draft { MOST / 4 } else { MOST };
+        Self(most.min(MOST_TOGETHER / lights.max(1).next_power_of_two()))
     }
 }
 

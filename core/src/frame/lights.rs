@@ -36,7 +36,7 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     if !context.is_mapped() || !light_table::pay(context.field) {
         return Ok(false);
     }
-    let fineness = Fineness::of(context.lamps.len());
+    let fineness = Fineness::of(context.lamps.len(), context.view.quality);
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.source);

@@ -91,7 +91,9 @@ pub fn encode(frame: &Frame, view: &View, format: Format) -> Result<Vec<u8>, Enc
     if format.is_float() && frame.shown.is_some() {
         return Err(EncodeError { format, reason: "the frame is for a screen".into() });
     }
-    write(&Raster::from(frame), format, || display::bytes(frame, view), || Caption::of(frame))
+    let is_draft = view.quality == Quality::Draft;
+    let rgb = || display::bytes(frame, view);
+    write(&Raster::from(frame), format, is_draft, rgb, || Caption::of(frame))
 }
 
 /// The sizes of relative errors, `[height][width]`, top row first.
@@ -113,7 +115,7 @@ pub struct ErrorImage {
 pub fn encode_errors(errors: &ErrorImage, format: Format) -> Result<Vec<u8>, EncodeError> {
     let ErrorImage { width, height, ref pixels } = *errors;
     let raster = Raster { width, height, channels: 1, pixels };
-    write(&raster, format, || display::errors(pixels, width).into(), Caption::of_errors)
+    write(&raster, format, false, || display::errors(pixels, width).into(), Caption::of_errors)
 }
 
 /// The numbers of an image.
@@ -135,6 +137,7 @@ impl<'a> From<&'a Frame> for Raster<'a> {
 fn write<'a>(
     image: &Raster,
     format: Format,
+    is_draft: bool,
     rgb: impl FnOnce() -> Cow<'a, [u8]>,
     caption: impl FnOnce() -> Caption,
 ) -> Result<Vec<u8>, EncodeError> {
@@ -142,7 +145,7 @@ fn write<'a>(
         Format::Exr => exr::exr(image, &caption()),
         Format::Npy => npy::npy(image),
         Format::Png => screen::png(&rgb(), image),
-        Format::Jpeg => screen::jpeg(&rgb(), image),
+        Format::Jpeg => screen::jpeg(&rgb(), image, is_draft),
         Format::WebP => screen::webp(&rgb(), image),
     };
     bytes.map_err(|error| EncodeError { format, reason: error.to_string() })

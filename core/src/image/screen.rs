@@ -4,7 +4,8 @@ use super::{Failure, Raster};
 use image::ExtendedColorType;
 use image::codecs::webp::WebPEncoder;
 
-const JPEG_QUALITY: u8 = 90;
+/// Of a picture at rest, and of one in motion, which is gone before anybody sees the difference.
+const JPEG_QUALITY: [u8; 2] = [90, 80];
 
 /// RGB, compressed for speed, and marked as sRGB: by the chunk of that name, and for readers that
 /// don't know it by the gamma and primaries that stand for it (PNG, third edition, 11.3.2.5).
@@ -52,10 +53,10 @@ fn write_png(
 }
 
 /// RGB, quality 90.
-pub fn jpeg(rgb: &[u8], image: &Raster) -> Result<Vec<u8>, Failure> {
+pub fn jpeg(rgb: &[u8], image: &Raster, is_draft: bool) -> Result<Vec<u8>, Failure> {
     let mut file = Vec::new();
     let (width, height) = (u16::try_from(image.width)?, u16::try_from(image.height)?);
-    jpeg_encoder::Encoder::new(&mut file, JPEG_QUALITY).encode(
+    jpeg_encoder::Encoder::new(&mut file, JPEG_QUALITY[usize::from(is_draft)]).encode(
         rgb,
         width,
         height,
