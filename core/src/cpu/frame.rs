@@ -37,9 +37,6 @@ pub fn render(
     let context = |field| Context::new(scene, &geometry, field, view, progress);
     let mut contexts: Vec<_> = bands.each().iter().map(context).collect();
     let grid = contexts[0].grid;
-    // What is kept of a large picture would push out all else.
-    let is_large = grid.count() > KEPT_TILES;
-    let fresh = Passes::default();
 
     let tracing = Tracing {
         geometry: Same::new(&geometry),
@@ -53,7 +50,9 @@ pub fn render(
         traces = true;
         Traced::new(&contexts[0])
     };
-    let kept = if is_large { &fresh } else { passes };
+    // What is kept of a large picture would push out all else.
+    let fresh = Passes::default();
+    let kept = if grid.count() > KEPT_TILES { &fresh } else { passes };
     let traced = kept.traced.get(&tracing, progress, trace)?;
     passes.forget_old_pictures();
     clock.lap("surfaces", traces)?;
@@ -64,37 +63,53 @@ pub fn render(
     }
     clock.lap("light_depth", fills)?;
 
-    let rows = |context: &Context| context.lamps.len() + context.scatters.len() + 1;
-    let strips = Strip::all(grid, contexts.iter().map(rows).sum());
-    let mut lit: Vec<_> = contexts.iter_mut().map(Lit::new).collect();
-    let channels = view.layer.channels(lit.len());
-    let ([begin, end], mut parts) = (progress.frame(), Vec::new());
-    for (i, strip) in strips.iter().enumerate() {
-        let fresh = Passes::default();
-        let passes = if is_large || strips.len() > 1 { &fresh } else { passes };
-        let count = lit.len();
-        let mut bands = Vec::with_capacity(count);
-        for (band, lit) in lit.iter_mut().enumerate() {
-            let place = |part: usize| part as f64 / (count * strips.len()) as f64;
-            let at = |part: usize| begin + (end - begin) * place(part);
-            progress.stretch(at(count * i + band), at(count * i + band + 1));
-            bands.push(lit.light((cache, passes), (&traced, strip), &mut clock)?);
-        }
-        let bands = lit.iter().zip(&bands).map(|(lit, (fogs, shades))| composite::Band {
-            context: lit.context,
-            fog: &fogs.shares,
-            depths: &shades.shares,
-        });
-        let made = Made { traced: &traced, strip, bands: bands.collect() };
-        parts.push(composite::picture(&made, channels));
-        clock.lap("composite", true)?;
-    }
-    // Most pictures are one strip.
-    let pixels = if parts.len() > 1 { parts.concat() } else { parts.pop().unwrap_or_default() };
+    let channels = view.layer.channels(contexts.len());
+    let pixels = strips(&mut contexts, cache, passes, &traced, channels, &mut clock)?;
 
     let (layer, camera, backend) = (view.layer, scene.camera.clone(), "cpu");
     let (width, height, timings) = (grid.width, grid.height, clock.laps);
     Ok(Frame { width, height, channels, layer, camera, pixels, shown: None, timings, backend })
+}
+
+/// The picture, strip by strip, in all bands. Nothing is kept of several strips.
+fn strips(
+    contexts: &mut [Context],
+    cache: &Cache,
+    passes: &Passes,
+    traced: &Arc<Traced>,
+    channels: usize,
+    clock: &mut Clock,
+) -> Result<Vec<f32>, Interrupted> {
+    let (grid, progress) = (contexts[0].grid, clock.progress);
+    let rows = |context: &Context| context.lamps.len() + context.scatters.len() + 1;
+    let strips = Strip::all(grid, contexts.iter().map(rows).sum());
+    let parts = contexts.len() * strips.len();
+    let [begin, end] = progress.frame();
+    let at = |part: usize| begin + (end - begin) * part as f64 / parts as f64;
+    let mut done = 0;
+    let mut lit: Vec<_> = contexts.iter_mut().map(Lit::new).collect();
+    let mut pictures = Vec::with_capacity(strips.len());
+    for strip in &strips {
+        let fresh = Passes::default();
+        let keeps = strips.len() == 1 && grid.count() <= KEPT_TILES;
+        let passes = if keeps { passes } else { &fresh };
+        let mut light = Vec::with_capacity(lit.len());
+        for lit in &mut lit {
+            progress.stretch(at(done), at(done + 1));
+            light.push(lit.light((cache, passes), (traced, strip), clock)?);
+            done += 1;
+        }
+        let bands = lit.iter().zip(&light).map(|(lit, (fogs, shades))| composite::Band {
+            context: lit.context,
+            fog: &fogs.shares,
+            depths: &shades.shares,
+        });
+        let made = Made { traced, strip, bands: bands.collect() };
+        pictures.push(composite::picture(&made, channels));
+        clock.lap("composite", true)?;
+    }
+    // Most pictures are one strip.
+    Ok(if pictures.len() > 1 { pictures.concat() } else { pictures.pop().unwrap_or_default() })
 }
 
 /// What fog and surfaces make of the light of all lamps.
