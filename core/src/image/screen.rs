@@ -52,7 +52,7 @@ fn write_png(
     Ok(file)
 }
 
-/// RGB, quality 90.
+/// RGB; a draft is coded more coarsely.
 pub fn jpeg(rgb: &[u8], image: &Raster, is_draft: bool) -> Result<Vec<u8>, Failure> {
     let mut file = Vec::new();
     let (width, height) = (u16::try_from(image.width)?, u16::try_from(image.height)?);
