@@ -20,9 +20,7 @@ impl<T> Same<T> {
     pub fn new(value: &Arc<T>) -> Self {
         Self(Arc::downgrade(value))
     }
-}
 
-impl<T> Same<T> {
     /// Whether the value is gone: nothing will ever be named so again.
     pub fn is_gone(&self) -> bool {
         self.0.strong_count() == 0

@@ -118,11 +118,11 @@ impl<'a> Prober<'a> {
         let length = hit.map_or(limit, |hit| hit.distance);
         let ray = Ray { origin, direction };
         let depths = self.each_band(|field| field.depth(&ray, length));
-        let optical_depth = DVec3::from(spectrum(&depths).channels());
-        let transmittance = optical_depth.map(|depth| (-depth).exp());
+        let optical_depth = spectrum(&depths);
+        let transmittance = spectrum(&transmittances(&depths));
         let airlight_by_light = self.airlight_by_light(ray, length)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
-        let absorptance = optical_depth.map(|depth| 0.0 - (-depth).exp_m1());
+        let absorptance = channels(optical_depth).map(|depth| 0.0 - (-depth).exp_m1());
         let ambient = self.scene.fog.ambient.vector() * absorptance;
         let (surface, hit) = match hit {
             None => (self.scene.background.vector(), None),
@@ -132,12 +132,12 @@ impl<'a> Prober<'a> {
             }
         };
         Ok(RayAnswer {
-            optical_depth: spectrum(&depths),
-            transmittance: spectrum(&depths.iter().map(|d| (-d).exp()).collect::<Vec<_>>()),
+            optical_depth,
+            transmittance,
             airlight: rgb(airlight),
             airlight_by_light: airlight_by_light.into_iter().map(rgb).collect(),
             ambient: rgb(ambient),
-            radiance: rgb(surface * transmittance + airlight + ambient),
+            radiance: rgb(surface * channels(transmittance) + airlight + ambient),
             hit,
         })
     }
@@ -240,7 +240,7 @@ impl<'a> Prober<'a> {
                 material.shininess,
             );
             let depths = self.each_band(|field| field.depth_between(source.apex(), point));
-            let through = DVec3::from(spectrum(&depths).channels()).map(|depth| (-depth).exp());
+            let through = channels(spectrum(&transmittances(&depths)));
             let reflected = material.diffuse.vector() * reflection.diffuse
                 + material.specular.vector() * reflection.specular;
             radiance += through * light.strength() * reflected;
@@ -267,6 +267,14 @@ fn spectrum(bands: &[f64]) -> Spectrum {
         [r, g, b] => Spectrum::Rgb([r, g, b]),
         _ => Spectrum::Grey(bands.iter().sum()),
     }
+}
+
+fn transmittances(depths: &[f64]) -> Vec<f64> {
+    depths.iter().map(|depth| (-depth).exp()).collect()
+}
+
+fn channels(spectrum: Spectrum) -> DVec3 {
+    spectrum.channels().into()
 }
 
 fn rgb(v: DVec3) -> Rgb {

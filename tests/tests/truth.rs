@@ -46,6 +46,14 @@ fn close(what: &str, a: f64, b: f64, tolerance: f64) {
     assert!(is_close, "{what}: {a} instead of {b}, off by {:.2e}", a / b - 1.0);
 }
 
+/// Of a grey fog, to what f64 keeps of a sum.
+#[track_caller]
+fn close_depth(what: &str, answer: &fogbank_core::probe::RayAnswer, expected: &Value) {
+    let [depth, through] = [answer.optical_depth, answer.transmittance].map(|v| v.channels()[0]);
+    close(what, depth, number(&expected["T"]), 1e-9);
+    close(what, through, number(&expected["transmittance"]), 1e-9);
+}
+
 fn id(case: &Value) -> &str {
     case["id"].as_str().expect("an id")
 }
@@ -92,13 +100,7 @@ fn optical_depths_of_gaussians_are_exact() {
         let (inputs, expected) = (&case["inputs"], &case["expected"]);
         let scene = json!({ "fog": { "terms": terms(inputs) } });
         let answer = &probe(&scene, &[segment(&inputs["origin"], &inputs["target"])])[0];
-        close(id(&case), answer.optical_depth.channels()[0], number(&expected["T"]), 1e-9);
-        close(
-            id(&case),
-            answer.transmittance.channels()[0],
-            number(&expected["transmittance"]),
-            1e-9,
-        );
+        close_depth(id(&case), answer, expected);
     }
 }
 
@@ -110,13 +112,7 @@ fn optical_depths_of_homogeneous_fog_are_exact() {
         let ray =
             json!({ "origin": [0, 0, 0], "direction": [1, 2, 3], "max_distance_m": inputs["D"] });
         let answer = &probe(&json!({ "fog": { "terms": [term] } }), &[ray])[0];
-        close(id(&case), answer.optical_depth.channels()[0], number(&expected["T"]), 1e-9);
-        close(
-            id(&case),
-            answer.transmittance.channels()[0],
-            number(&expected["transmittance"]),
-            1e-9,
-        );
+        close_depth(id(&case), answer, expected);
     }
 }
 

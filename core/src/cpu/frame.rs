@@ -1,7 +1,7 @@
 //! One frame on the CPU, read top to bottom as a list of passes over tiles.
 
 use super::composite::{self, Made};
-use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing, is_low};
+use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
 use super::tiles::{Strip, tiles};
 use super::traced::Traced;
 use super::{fog, mapped, shade, upsample};
@@ -64,7 +64,7 @@ pub fn render(
     clock.lap("light_depth", fills)?;
 
     let channels = view.layer.channels(contexts.len());
-    let pixels = strips(&mut contexts, cache, passes, &traced, channels, &mut clock)?;
+    let pixels = strips(&mut contexts, cache, kept, &traced, channels, &mut clock)?;
 
     let (layer, camera, backend) = (view.layer, scene.camera.clone(), "cpu");
     let (width, height, timings) = (grid.width, grid.height, clock.laps);
@@ -91,8 +91,7 @@ fn strips(
     let mut pictures = Vec::with_capacity(strips.len());
     for strip in &strips {
         let fresh = Passes::default();
-        let keeps = strips.len() == 1 && grid.count() <= KEPT_TILES;
-        let passes = if keeps { passes } else { &fresh };
+        let passes = if strips.len() > 1 { &fresh } else { passes };
         let mut light = Vec::with_capacity(lit.len());
         for lit in &mut lit {
             progress.stretch(at(done), at(done + 1));
@@ -139,7 +138,7 @@ impl<'a, 'c> Lit<'a, 'c> {
             self.context.lit_blobs = light_sides(self.context, cache)?;
             clock.lap("light_depth", !self.context.lit_blobs.is_empty())?;
         }
-        let draft = is_low(self.context);
+        let draft = self.context.is_low();
         let renders = draft && self.low.is_none() && (shades.is_wanting() || fogs.is_wanting());
         if renders {
             let (asked, shaded) = (&fogs.missing, &shades.missing);

@@ -88,7 +88,7 @@ impl Fogging {
             quality: context.view.quality,
             for_screen: context.view.for_screen,
             lamp: scatter.map(light),
-            glows: if is_low(context) { sources.collect() } else { Vec::new() },
+            glows: if context.is_low() { sources.collect() } else { Vec::new() },
         }
     }
 }
@@ -100,13 +100,8 @@ impl Shading {
         let mut light = Light::new(lamp, false);
         light.table = light.table.filter(|_| context.interpolates());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
-        Self { traced, field, is_low: is_low(context), lamp: light }
+        Self { traced, field, is_low: context.is_low(), lamp: light }
     }
-}
-
-/// Whether a draft computes fog for some pixels only.
-pub fn is_low(context: &Context) -> bool {
-    context.view.quality == Quality::Draft && context.needs_low_resolution()
 }
 
 /// What the fog does along all batches of a frame, tile by tile; as one run made it for what is scattered of

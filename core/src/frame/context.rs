@@ -145,8 +145,9 @@ impl<'a> Context<'a> {
     }
 
     /// Whether a draft computes fog for some of its pixels only.
-    pub fn needs_low_resolution(&self) -> bool {
-        !self.field.is_empty()
+    pub fn is_low(&self) -> bool {
+        self.view.quality == Quality::Draft
+            && !self.field.is_empty()
             && !self.interpolates()
             && (self.shows_fog() || self.shows_surfaces())
     }
