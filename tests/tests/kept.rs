@@ -142,12 +142,12 @@ fn drag(name: &str, frames: u32, view: &View) -> Vec<u64> {
     resident_at
 }
 
-/// A lamp that is dragged past thousands of places leaves none of them behind.
+/// A lamp that is dragged past thousands of places leaves behind no more than is kept around lights.
 #[test]
 fn a_dragged_lamp_leaves_no_memory_behind() {
     let view = view(16, 16, Layer::Airlight, Quality::Draft);
     let at = drag("steaming-vessel", 2_000, &view);
-    let (early, late) = (at[1], at[9]);
-    let grown = late.saturating_sub(early) >> 20;
-    assert!(grown < 32, "1800 frames leave {grown} MB: {at:?}");
+    let grown = at[9].saturating_sub(at[0]) >> 20;
+    // 128 MB of tables, and 32 of what an allocator holds back.
+    assert!(grown < 160, "2000 frames leave {grown} MB: {at:?}");
 }

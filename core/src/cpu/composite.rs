@@ -177,7 +177,7 @@ fn beauty<S: Simd>(
     let mut values = [[0.0; SIZE]; 3];
     for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
         let depth = Lanes::load(simd, &depth[at..]);
-        let lost = absorptance(depth);
+        let lost = depth.absorptance();
         // Not 1 − lost, which has no digits left of a bright surface in thick fog.
         let through = (-depth).exp();
         let scattered = load3(simd, airlight, at) + ambient.scale(lost);
@@ -187,15 +187,4 @@ fn beauty<S: Simd>(
         sum.z.store(&mut values[2][at..]);
     }
     values
-}
-
-/// 1 − e^−T, which keeps its digits in thin fog.
-#[inline(always)]
-fn absorptance<S: Simd>(depth: Lanes<S>) -> Lanes<S> {
-    /// Up to here the series is exact to 1e-7 of it.
-    const THIN: f64 = 0.01;
-    let one = depth.lit(1.0);
-    let bend = depth.mul_add(depth.lit(1.0 / 6.0), depth.lit(-0.5));
-    let series = depth * depth.mul_add(bend, one);
-    Lanes::select(depth.lt(depth.lit(THIN)), series, one - (-depth).exp())
 }

@@ -1,6 +1,7 @@
 //! One frame on the CPU, read top to bottom as a list of passes over tiles.
 
 use super::composite::{self, Made};
+use super::grid::{self, Grid};
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
 use super::tiles::{Strip, tiles};
 use super::traced::Traced;
@@ -10,10 +11,10 @@ use crate::frame::context::Context;
 use crate::frame::lights::{fill_tables, light_sides};
 use crate::frame::samples::CENTER;
 use crate::frame::{Frame, Lap};
-use crate::geometry::batch::{Ends, Fogged, Row};
+use crate::geometry::batch::{Ends, Fogged, Row, TILE};
 use crate::kept::{Kept, Same};
 use crate::progress::{Interrupted, Progress};
-use crate::request::{Quality, View};
+use crate::request::View;
 use crate::scene::CheckedScene;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -186,7 +187,12 @@ impl Lamps<Fogging, Fog> {
         keys.extend(is_alone.then(|| Fogging::new(context, traced, None)));
         // Who asks for an estimator by name measures it.
         let keeps = context.view.estimator.is_none();
-        Self::find(keys, is_alone, |key| passes.fog.find(key).filter(|_| keeps))
+        let mut lamps = Self::find(keys, is_alone, |key| passes.fog.find(key).filter(|_| keeps));
+        if context.interpolates() && lamps.is_wanting() {
+            // They share a grid.
+            lamps.missing = (0..scatters).collect();
+        }
+        lamps
     }
 }
 
@@ -250,8 +256,8 @@ fn light_depths(
 
 /// Tiles whose fog is formed together: what is interpolated across the picture serves them all.
 fn blocks(context: &Context, strip: &Strip) -> Vec<Vec<usize>> {
-    // What a draft interpolates reaches farther.
-    let across = if context.view.quality == Quality::Draft { 4 } else { 2 };
+    // Patches of numbers are smaller.
+    let across = if context.interpolates() { grid::BLOCK / TILE } else { 2 };
     let mut blocks = context.grid.blocks(across);
     blocks.retain(|block| strip.tiles.contains(&block[0]));
     blocks
@@ -269,7 +275,9 @@ fn fog(
     // One by one, because some take ten times as long as others.
     let blocks = blocks(context, strip);
     let made = blocks.par_iter().with_max_len(1);
-    let made: Vec<_> = made.map(|block| fog_of(context, traced, low, asked, block)).collect();
+    let grid = context.interpolates().then(|| Grid::new(context, asked));
+    let formed = Formed { context, traced, low, grid, asked };
+    let made: Vec<_> = made.map(|block| formed.fog_of(block)).collect();
     context.job.progress.check()?;
     let mut by_tile: Fog = Vec::new();
     by_tile.resize_with(strip.tiles.len(), Vec::new);
@@ -281,47 +289,56 @@ fn fog(
     Ok((by_tile, batches * size_of::<Row>() * (asked.len() + 1) / asked.len().max(1)))
 }
 
-/// The same of some tiles.
-fn fog_of(
-    context: &Context,
-    traced: &Traced,
-    low: Option<&upsample::Low>,
-    asked: &[usize],
-    block: &[usize],
-) -> Vec<Vec<Fogged>> {
-    if context.job.progress.is_over() {
-        return Vec::new();
-    }
-    let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
-    let rays: Vec<_> = block.iter().map(rays).collect();
-    let mut batches = Vec::new();
-    let mut counts = Vec::with_capacity(block.len());
-    for (index, rays) in block.iter().zip(&rays) {
-        let before = batches.len();
-        batches.extend(traced.batches(*index, rays));
-        counts.push(batches.len() - before);
-    }
-    let mut fogged = Vec::with_capacity(batches.len());
-    let mut rest = batches.as_slice();
-    for (index, count) in block.iter().zip(&counts) {
-        let (own, others) = rest.split_at(*count);
-        rest = others;
-        for (at, ends) in own.iter().enumerate() {
-            fogged.push(match low {
-                Some(low) if at == 0 => low.fog(context, asked, *index, *ends),
-                _ => fog::batch(context, asked, ends.rays, ends.hits),
-            });
+/// What fog is formed from.
+struct Formed<'a, 'c> {
+    context: &'a Context<'c>,
+    traced: &'a Traced,
+    low: Option<&'a upsample::Low>,
+    grid: Option<Grid<'a>>,
+    asked: &'a [usize],
+}
+
+impl Formed<'_, '_> {
+    /// The fog of some tiles.
+    fn fog_of(&self, block: &[usize]) -> Vec<Vec<Fogged>> {
+        let &Self { context, traced, low, asked, .. } = self;
+        if context.job.progress.is_over() {
+            return Vec::new();
         }
-        if !context.is_mapped() {
-            context.job.progress.advance();
+        let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
+        let rays: Vec<_> = block.iter().map(rays).collect();
+        let mut batches = Vec::new();
+        let mut counts = Vec::with_capacity(block.len());
+        for (index, rays) in block.iter().zip(&rays) {
+            let before = batches.len();
+            batches.extend(traced.batches(*index, rays));
+            counts.push(batches.len() - before);
         }
+        let mut fogged = Vec::with_capacity(batches.len());
+        let mut rest = batches.as_slice();
+        for (index, count) in block.iter().zip(&counts) {
+            let (own, others) = rest.split_at(*count);
+            rest = others;
+            for (at, ends) in own.iter().enumerate() {
+                fogged.push(match low {
+                    Some(low) if at == 0 => low.fog(context, asked, *index, *ends),
+                    _ => fog::batch(context, asked, ends.rays, ends.hits),
+                });
+            }
+            if !context.is_mapped() {
+                context.job.progress.advance();
+            }
+        }
+        if context.is_mapped() {
+            match &self.grid {
+                Some(grid) => grid.light(context.grid.tile(block[0]), &batches, &mut fogged),
+                None => mapped::add(context, asked, &batches, &mut fogged),
+            }
+            block.iter().for_each(|_| context.job.progress.advance());
+        }
+        let mut fogged = fogged.into_iter();
+        counts.into_iter().map(|count| fogged.by_ref().take(count).collect()).collect()
     }
-    if context.is_mapped() {
-        mapped::add(context, asked, &batches, &mut fogged);
-        block.iter().for_each(|_| context.job.progress.advance());
-    }
-    let mut fogged = fogged.into_iter();
-    counts.into_iter().map(|count| fogged.by_ref().take(count).collect()).collect()
 }
 
 /// Times passes, and stops between them.

@@ -3,7 +3,8 @@
 //! kept is found by it.
 //!
 //! Airlight and the depth towards surfaces are kept lamp by lamp, at unit intensity: a lamp that moves
-//! recomputes its own, and a change of colour or exposure none.
+//! recomputes its own, and a change of colour or exposure none. Lamps that share a grid share it in this,
+//! too: if one moves, the light of all is made again.
 
 use super::traced::Traced;
 use crate::airlight::Method;
@@ -45,6 +46,8 @@ pub struct Fogging {
     lamp: Option<Light>,
     /// Lamps around whose images a draft computes all pixels.
     glows: Vec<Source>,
+    /// Lamps whose light is tabulated on the same grid.
+    together: Vec<Light>,
 }
 
 /// What lies between a lamp and the surfaces.
@@ -62,14 +65,12 @@ pub struct Shading {
 struct Light {
     source: Source,
     table: Option<Same<Option<LightTable>>>,
-    /// Whether optical depths are formed on the way.
-    sets_depth: bool,
 }
 
 impl Light {
-    fn new(lamp: &Lamp, sets_depth: bool) -> Self {
+    fn new(lamp: &Lamp) -> Self {
         let table = lamp.table.is_some().then(|| Same::new(&lamp.table));
-        Self { source: lamp.source, table, sets_depth }
+        Self { source: lamp.source, table }
     }
 }
 
@@ -78,8 +79,8 @@ impl Fogging {
     pub fn new(context: &Context, traced: &Arc<Traced>, scatter: Option<usize>) -> Self {
         let sources = context.lamps.iter().map(|lamp| lamp.source);
         let of = |i: usize| &context.scatters[i];
-        let light =
-            |i: usize| Light::new(&context.lamps[of(i).lamp], i == 0 && context.interpolates());
+        let light = |i: usize| Light::new(&context.lamps[of(i).lamp]);
+        let together = if context.interpolates() { context.lamps.as_slice() } else { &[] };
         Self {
             traced: Same::new(traced),
             field: Same::new(context.field),
@@ -89,6 +90,7 @@ impl Fogging {
             for_screen: context.view.for_screen,
             lamp: scatter.map(light),
             glows: if context.is_low() { sources.collect() } else { Vec::new() },
+            together: together.iter().map(Light::new).collect(),
         }
     }
 }
@@ -97,7 +99,7 @@ impl Shading {
     /// Of a frame's surfaces and one of its lamps, by its place.
     pub fn new(context: &Context, traced: &Arc<Traced>, lamp: usize) -> Self {
         let lamp = &context.lamps[lamp];
-        let mut light = Light::new(lamp, false);
+        let mut light = Light::new(lamp);
         light.table = light.table.filter(|_| context.interpolates());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
         Self { traced, field, is_low: context.is_low(), lamp: light }

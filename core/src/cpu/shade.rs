@@ -38,7 +38,8 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
 fn add_tabled<S: Simd>(simd: S, table: &LightTable, ways: &Ways, depth: &mut Row) {
     for at in (0..ways.rays.count).step_by(Lanes::<S>::COUNT) {
         let length = Lanes::load(simd, &ways.length[at..]);
-        let mean = table.means(simd, load3(simd, &ways.rays.direction, at).scale(length));
+        let mean =
+            table.means::<S, false>(simd, load3(simd, &ways.rays.direction, at).scale(length));
         mean.mul_add(length, Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
     }
 }

@@ -81,3 +81,58 @@ impl Tolerance {
         }
     }
 }
+
+/// How fine a grid of cumulative airlight is.
+#[derive(Clone, Copy, Debug)]
+pub struct Fineness {
+    /// The side of its largest cells [px].
+    pub side: f32,
+    /// A cell's side is at most its distance from a light's image, divided by this.
+    pub near: f32,
+    /// And there it is at most this [px].
+    pub glow: f32,
+    /// Knots along depth.
+    pub knots: usize,
+    /// Relative error that the ray in a cell's middle may show.
+    pub rough: f32,
+    /// Share of the fog, in optical depth, that may hide between the rays.
+    pub hidden: f32,
+    /// Half a cell's diagonal is at most this [rad].
+    pub wide: f32,
+}
+
+impl Fineness {
+    /// Of a picture for the eye, or of one in motion.
+    pub fn of(view: &View) -> Self {
+        /// Cells along the shorter side of the picture, at least: one of a few pixels sees as much in each as
+        /// others do.
+        const ALONG: f32 = 12.0;
+        let usual = if view.quality == Quality::Draft {
+            Self {
+                side: 32.0,
+                near: 1.5,
+                glow: 4.0,
+                knots: 24,
+                rough: 0.05,
+                hidden: 0.4,
+                wide: 0.2,
+            }
+        } else {
+            Self {
+                side: 16.0,
+                near: 2.5,
+                glow: 8.0,
+                knots: 48,
+                rough: 0.004,
+                hidden: 0.015,
+                wide: 0.1,
+            }
+        };
+        let most = view.width.min(view.height) as f32 / ALONG;
+        let mut side = usual.side;
+        while side > most.max(2.0) {
+            side *= 0.5;
+        }
+        Self { side, ..usual }
+    }
+}

@@ -54,6 +54,19 @@ impl<N: Num> ToLight<N> {
         Arrival { distance, cos: -aside / distance, distance2 }
     }
 
+    /// The angle that the ray turns through before the light between two ray parameters [rad].
+    #[inline(always)]
+    pub fn angle(&self, from: N, to: N) -> N {
+        let (a, b) = (from - self.closest, to - self.closest);
+        N::angle(self.miss * (to - from), a.mul_add(b, self.miss.squared()))
+    }
+
+    /// The angle between the direction in which light travels to the ray's start and that back to the eye [rad].
+    #[inline(always)]
+    pub fn first_angle(&self) -> N {
+        N::angle(self.miss, self.closest)
+    }
+
     /// What arrives at the ray parameter `t` [m].
     #[inline(always)]
     pub fn at(&self, t: N) -> Arrival<N> {

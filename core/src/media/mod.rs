@@ -13,7 +13,7 @@ pub mod vertical;
 
 pub use groups::{Bands, Scattering, in_channels, scatterings};
 pub use outline::Outline;
-pub use sum::{Field, Profile, Sum};
+pub use sum::{Field, Knotted, Profile, Sum};
 
 use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
@@ -188,6 +188,11 @@ pub trait Medium: Debug + Send + Sync {
         0.0
     }
 
+    /// The most that a single lump of it weighs on any ray.
+    fn heaviest(&self) -> f64 {
+        0.0
+    }
+
     /// How many lumps it is made of; none if it is smooth.
     fn lumps(&self) -> usize {
         0
@@ -310,10 +315,12 @@ pub struct PatchCone {
 }
 
 /// What lumps around a patch come to.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Lumps {
     /// Optical depth along the middle ray.
     pub depth: f32,
+    /// Where the first of them begins [m].
+    pub begin: f32,
     /// Where the last of them ends [m].
     pub end: f32,
     /// Optical depth that quadratics across the patch may miss of those between the rays looked at,
@@ -321,10 +328,19 @@ pub struct Lumps {
     pub hidden_squared: f32,
 }
 
+impl Default for Lumps {
+    fn default() -> Self {
+        Self { depth: 0.0, begin: f32::INFINITY, end: 0.0, hidden_squared: 0.0 }
+    }
+}
+
 /// What matters of a medium to a patch's rays.
 pub trait Patched: Debug + Send + Sync {
     /// Terms that a sum has: what a place of a ray costs.
     fn terms(&self) -> usize;
+
+    /// What its lumps around a smaller patch come to, added to `lumps`.
+    fn weigh(&self, _cone: &PatchCone, _lumps: &mut Lumps) {}
 
     /// What the rays of a smaller patch meet of it; `lumps` gathers what that comes to.
     fn within(&self, cone: &PatchCone, lumps: &mut Lumps) -> Box<dyn Patched>;
@@ -344,7 +360,7 @@ pub trait OnRays: Debug + Send + Sync {
     /// Whether it is smooth between its edges.
     fn is_smooth(&self) -> bool;
 
-    /// Adds β and T at ray parameters `t`, ascending from row to row.
+    /// Adds β and T at ray parameters `t`, ascending from row to row; T alone if `beta` has no rows.
     fn add(&self, level: Level, t: &[Each], beta: &mut [Each], depth: &mut [Each]);
 
     /// The most that any ray meets between two ray parameters.

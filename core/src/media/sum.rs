@@ -79,6 +79,11 @@ impl Field {
         self.groups.iter().map(|media| media.homogeneous.uniform_beta()).sum()
     }
 
+    /// The most that a single lump weighs on any ray.
+    pub fn heaviest(&self) -> f64 {
+        self.each().map(|(_, medium)| medium.heaviest()).fold(0.0, f64::max)
+    }
+
     /// How many lumps there are.
     pub fn lumps(&self) -> usize {
         self.groups.iter().flat_map(Media::each).map(Medium::lumps).sum()
@@ -292,6 +297,18 @@ impl Sum<dyn Smooth> {
 }
 
 impl Sum<dyn Smooth> {
+    /// Whether there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether it has no edges.
+    pub fn is_smooth(&self) -> bool {
+        let mut edges = Vec::new();
+        self.edges(Vec3::ZERO, Vec3::ONE, &mut edges);
+        edges.is_empty()
+    }
+
     /// Appends where β, or its slope, jumps on a ray [m].
     pub fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {
         self.0.iter().for_each(|(_, smooth)| smooth.edges(start, direction, edges));
@@ -314,6 +331,15 @@ impl Sum<dyn Patched> {
         let length = lumps.end.min(cone.longest);
         lumps.depth += within.iter().map(|(_, medium)| medium.haze(cone, length)).sum::<f32>();
         (Self(within), lumps)
+    }
+
+    /// What its lumps around a smaller patch come to beside the haze.
+    pub fn lumps(&self, cone: &PatchCone) -> Lumps {
+        let mut lumps = Lumps::default();
+        self.0.iter().for_each(|(_, medium)| medium.weigh(cone, &mut lumps));
+        let length = lumps.end.min(cone.longest);
+        lumps.depth += self.0.iter().map(|(_, medium)| medium.haze(cone, length)).sum::<f32>();
+        lumps
     }
 
     /// Follows rays; without the lumps of which all meet less than the share `least`.
@@ -342,7 +368,37 @@ pub struct Profile {
     pub depth: Vec<Each>,
 }
 
+/// The same at the knots of a grid.
+#[derive(Clone, Debug)]
+pub struct Knotted {
+    /// β and T of every group.
+    pub groups: Vec<[Vec<Each>; 2]>,
+    /// β of the lumps of all groups.
+    pub lumps_beta: Vec<Each>,
+    /// And T.
+    pub lumps_depth: Vec<Each>,
+    /// T of all.
+    pub depth: Vec<Each>,
+}
+
 impl Sum<dyn OnRays> {
+    /// β and T of every group and of all lumps, at ray parameters `t`, ascending from row to row.
+    pub fn knotted(&self, level: Level, groups: usize, t: &[Each]) -> Knotted {
+        let zero = vec![[0.0; PADDED]; t.len()];
+        let mut fields = vec![[zero.clone(), zero]; groups];
+        let mut add = |is_smooth: bool| {
+            for (group, medium) in self.0.iter().filter(|(_, one)| one.is_smooth() == is_smooth) {
+                let [beta, depth] = &mut fields[*group];
+                medium.add(level, t, beta, depth);
+            }
+            let sum = |field: usize| sum_of(fields.iter().map(|fields| fields[field].as_slice()));
+            [sum(0), sum(1)]
+        };
+        let [lumps_beta, lumps_depth] = add(false);
+        let [_, depth] = add(true);
+        Knotted { groups: fields, lumps_beta, lumps_depth, depth }
+    }
+
     /// ln β of a group, and T, at ray parameters `t`, ascending from row to row.
     pub fn profile(&self, level: Level, group: usize, t: &[Each]) -> Profile {
         let zero = || vec![[0.0; PADDED]; t.len()];
@@ -360,6 +416,13 @@ impl Sum<dyn OnRays> {
     /// β and T.
     pub fn fields(&self, level: Level, t: &[Each]) -> [Vec<Each>; 2] {
         self.fields_of(level, t, |_| true)
+    }
+
+    /// T alone, which costs half.
+    pub fn depth(&self, level: Level, t: &[Each]) -> Vec<Each> {
+        let mut depth = vec![[0.0; PADDED]; t.len()];
+        self.each_lumps_first(|_, medium| medium.add(level, t, &mut [], &mut depth));
+        depth
     }
 
     /// β and T of what is smooth.
@@ -444,6 +507,16 @@ impl Sum<dyn OnRays> {
     pub fn edges(&self) -> Vec<Each> {
         self.0.iter().flat_map(|(_, medium)| medium.edges()).collect()
     }
+}
+
+/// Rows added up.
+fn sum_of<'a>(mut fields: impl Iterator<Item = &'a [Each]>) -> Vec<Each> {
+    let mut sum = fields.next().map_or(Vec::new(), <[Each]>::to_vec);
+    for own in fields {
+        let each = sum.as_flattened_mut().iter_mut().zip(own.as_flattened());
+        each.for_each(|(sum, own)| *sum += own);
+    }
+    sum
 }
 
 /// ln of rows, with a floor where there is nothing.

@@ -3,7 +3,7 @@
 use super::patch::Patch;
 use crate::cpu::shade::Ways;
 use crate::frame::context::{Context, Lamp};
-use crate::frame::light_table::LightTable;
+use crate::frame::light_table::{self, LightTable};
 use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
@@ -85,7 +85,12 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     haze.add_mean(job.level, apex, rays, t, &mut mean);
     if let Some(table) = lamp.table.as_ref() {
         dispatch!(job.level, simd => {
-            add_table(simd, rays, V3::splat(simd, apex.to_array()), table, t, &mut mean);
+            let apex = V3::splat(simd, apex.to_array());
+            if light_table::lines_do(context) {
+                add_table::<_, false>(simd, rays, apex, table, t, &mut mean);
+            } else {
+                add_table::<_, true>(simd, rays, apex, table, t, &mut mean);
+            }
         });
     } else if field.lumps() > 0 {
         for (t, mean) in t.chunks(POINTS / PADDED).zip(mean.chunks_mut(POINTS / PADDED)) {
@@ -107,7 +112,7 @@ fn add_lumps(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each], mean: &
 }
 
 #[inline(always)]
-fn add_table<S: Simd>(
+fn add_table<S: Simd, const CUBIC: bool>(
     simd: S,
     rays: &Control,
     apex: V3<Lanes<S>>,
@@ -119,7 +124,8 @@ fn add_table<S: Simd>(
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let start = load3(simd, &rays.offset, at) - apex;
             let way = start + load3(simd, &rays.direction, at).scale(Lanes::load(simd, &t[at..]));
-            (table.means(simd, way) + Lanes::load(simd, &mean[at..])).store(&mut mean[at..]);
+            (table.means::<S, CUBIC>(simd, way) + Lanes::load(simd, &mean[at..]))
+                .store(&mut mean[at..]);
         }
     }
 }

@@ -15,7 +15,10 @@ mod pilot;
 mod pixels;
 mod sight;
 
+pub use control::toward_light;
+
 use super::fog::near_views;
+use super::places::{Member, Places};
 use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};
@@ -26,9 +29,9 @@ use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Fields, of_place, pairs};
 use fearless_simd::{Simd, dispatch};
-use patch::{Member, Patch, Places, SMALLEST, Surroundings};
+use patch::{Patch, SMALLEST, Surroundings};
 use pilot::{Nodes, is_rough, nodes};
-use pixels::{Head, Light, Node, Quadratic, TAIL, Tail, Terms, quadratic};
+use pixels::{Head, Light, Node, TAIL, Tail, Terms, quadratic};
 use sight::{Edges, Section, Sight, Sights, ToLamp};
 
 /// A patch of many layers is split if it is larger than this [px].
@@ -37,8 +40,7 @@ const LEAST_LAYERED: f32 = 8.0;
 /// in 8-bit pictures, a Gaussian is a cubic to 2 %.
 const SMOOTH: f32 = 4.5;
 
-/// Adds what is scattered of some lamps along the rays of some batches that stand together, and where
-/// the picture allows it sets what fog takes away, too.
+/// Adds what is scattered of some lamps along the rays of some batches that stand together.
 pub fn add(context: &Context, asked: &[usize], block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let fog = near_views(context, block, Purpose::Nodes).patched();
@@ -55,10 +57,9 @@ pub fn add(context: &Context, asked: &[usize], block: &[Ends<'_>], fogged: &mut 
         }
         let sights = Sights::new(context, &around.fog, &patch);
         for (row, i) in asked.iter().enumerate() {
-            let sets_depth = *i == 0 && context.interpolates();
             let scatter = &context.scatters[*i];
             let lamp = &context.lamps[scatter.lamp];
-            let to = ToLamp { context, lamp, scatter, tolerance, sets_depth };
+            let to = ToLamp { context, lamp, scatter, tolerance };
             let pass = Pass { to, row, haze, block, places: &places };
             let mut parts = pass.light(&patch, &sights, fogged);
             while let Some(part) = parts.pop().filter(|_| !is_over()) {
@@ -85,8 +86,6 @@ struct Sums<'a> {
     layer: &'a Layer<'a>,
     heads: &'a [Head],
     tail: Option<&'a Tail>,
-    /// T where they end, if there is no tail and it is wanted.
-    flat_depth: Option<Quadratic>,
 }
 
 /// Where rays meet fog, in ray parameters [m].
@@ -232,7 +231,7 @@ impl Pass<'_> {
         };
         let part = (end - from) / PROBES as f32;
         let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
-        let depth = &sight.met.fields(self.to.context.job.level, &pairs(&t))[1];
+        let depth = &sight.met.depth(self.to.context.job.level, &pairs(&t));
         let thinnest = |at: usize| of_place(depth, at).into_iter().fold(f32::INFINITY, f32::min);
         if let Some(opaque) = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32) {
             return t[opaque];
@@ -255,19 +254,14 @@ impl Pass<'_> {
         let tail = has_tail.then(|| {
             self.tail(control, layer.first, &control.up_to(layer.first, bound, layer.last))
         });
-        let flat = || {
-            let depth = &control.met.fields(level, &pairs(&[layer.last]))[1];
-            quadratic(of_place(depth, 0))
-        };
-        let flat_depth = (self.to.sets_depth && tail.is_none()).then(flat);
-        let sums = Sums { layer, heads, tail: tail.as_ref(), flat_depth };
+        let sums = Sums { layer, heads, tail: tail.as_ref() };
         dispatch!(level, simd => self.add(simd, patch, &sums, fogged));
     }
 
     fn head(&self, sight: &Sight, section: &Section, nodes: &Nodes) -> Head {
         let (shares, log_weights) = (nodes.share.as_flattened(), nodes.log_weight.as_flattened());
         let t: Vec<_> = shares.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
-        let Fields { log, mean, depth, .. } = sight.fields(&self.to, &t);
+        let Fields { log, mean, .. } = sight.fields(&self.to, &t);
         let stretch = first_half(&section.range).map(|range| nodes.log_stretch(range));
         let node = |(j, (share, log_weight)): (usize, (&f32, &f32))| {
             let at = of_place(&log, j);
@@ -279,19 +273,18 @@ impl Pass<'_> {
             begin: quadratic(first_half(&section.begin)),
             range: quadratic(first_half(&section.range)),
             nodes: shares.iter().zip(log_weights).enumerate().map(node).collect(),
-            depth: quadratic(of_place(&depth, shares.len() - 1)),
         }
     }
 
     fn tail(&self, sight: &Sight, from: f32, section: &Section) -> Tail {
         let t: Vec<_> = CHEBYSHEV.chunks(PADDED / CONTROL).map(|x| section.at(x)).collect();
-        let Fields { log, mean, depth, .. } = sight.fields(&self.to, &t);
+        let Fields { log, mean, .. } = sight.fields(&self.to, &t);
         let along =
             |rows: &[Each]| cubic(std::array::from_fn(|i| of_place(rows, i))).map(quadratic);
         let most = (0..TAIL).map(|i| most(&of_place(&log, i))).fold(f32::NEG_INFINITY, f32::max);
         let [begin, range] = [&section.begin, &section.range].map(|row| quadratic(first_half(row)));
-        let [log, mean, depth] = [&log, &mean, &depth].map(|rows| along(rows));
-        Tail { from, begin, range, log, most, mean, depth }
+        let [log, mean] = [&log, &mean].map(|rows| along(rows));
+        Tail { from, begin, range, log, most, mean }
     }
 
     /// Sums at the pixels of a layer.
@@ -328,18 +321,6 @@ impl Pass<'_> {
             sum.store(&mut values);
             for (value, ray) in values.iter().zip(members) {
                 fogged[ray.batch()].airlight[self.row][ray.at()] += value;
-            }
-            if !self.to.sets_depth {
-                continue;
-            }
-            let depth = match (sums.tail, &sums.flat_depth) {
-                (Some(tail), _) => pixels::depth(simd, tail, &terms, end),
-                (None, Some(depth)) => pixels::flat_depth(simd, depth, &terms),
-                (None, None) => continue,
-            };
-            depth.store(&mut values);
-            for (value, ray) in values.iter().zip(members) {
-                fogged[ray.batch()].depth[ray.at()] = *value;
             }
         }
     }

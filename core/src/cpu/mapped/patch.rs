@@ -1,74 +1,14 @@
 //! Patches of the picture over which fields are interpolated.
 
+use crate::cpu::places::{Member, Places};
 use crate::frame::context::{Context, Lamp};
 use crate::frame::tolerance::Tolerance;
-use crate::geometry::batch::{Ends, Rays, Row, SIZE, get3};
+use crate::geometry::batch::Ends;
 use crate::media::{PatchCone, Patched, Sum};
 use glam::{DVec2, Vec2};
 
 /// No patch is split below this [px].
 pub const SMALLEST: f32 = 0.5;
-
-/// Where rays pass through the picture [px], batch by batch.
-pub struct Places(Vec<[Row; 2]>);
-
-impl Places {
-    /// Of some batches' rays.
-    pub fn new(context: &Context, block: &[Ends<'_>]) -> Self {
-        Self(block.iter().map(|ends| places(context, ends.rays)).collect())
-    }
-
-    /// Of one ray.
-    pub fn get(&self, ray: Member) -> Vec2 {
-        let [x, y] = &self.0[ray.batch()];
-        Vec2::new(x[ray.at()], y[ray.at()])
-    }
-}
-
-fn places(context: &Context, rays: &Rays) -> [Row; 2] {
-    let viewpoint = &context.viewpoint;
-    let (across, down) = viewpoint.picture_axes();
-    let forward = viewpoint.forward.as_vec3();
-    let half = 0.5 * viewpoint.size().as_vec2();
-    let (mut x, mut y) = ([0.0; SIZE], [0.0; SIZE]);
-    for (at, (x, y)) in x.iter_mut().zip(&mut y).enumerate().take(rays.count) {
-        let point = if viewpoint.parallel {
-            get3(&rays.offset, at)
-        } else {
-            let direction = get3(&rays.direction, at);
-            direction / direction.dot(forward)
-        };
-        *x = (point.dot(across) + 1.0) * half.x;
-        *y = (point.dot(down) + 1.0) * half.y;
-    }
-    [x, y]
-}
-
-/// A ray of some batches.
-#[derive(Clone, Copy, Debug)]
-pub struct Member(u32);
-
-impl Member {
-    /// From the batch and the place in it.
-    pub fn new(batch: usize, at: usize) -> Self {
-        Self((batch * SIZE + at) as u32)
-    }
-
-    /// Its batch.
-    pub fn batch(self) -> usize {
-        self.0 as usize / SIZE
-    }
-
-    /// Its place in the batch.
-    pub fn at(self) -> usize {
-        self.0 as usize % SIZE
-    }
-
-    /// Where it ends [m].
-    pub fn length(self, block: &[Ends<'_>]) -> f32 {
-        block[self.batch()].hits.length[self.at()]
-    }
-}
 
 /// Some rays and the rectangle of the picture that they pass through.
 #[derive(Clone, Debug)]

@@ -16,9 +16,6 @@ use std::sync::LazyLock;
 /// Optical depth of a ray that is as good as clear.
 const UNSEEN: f32 = 1e-4;
 
-/// Surfaces may be off by so many times what airlight may.
-const DIMMED: f64 = 2.0;
-
 /// What rounding leaves where there is no fog: ln β has a floor.
 const NOTHING: f64 = 1e-20;
 
@@ -230,11 +227,8 @@ pub fn is_rough(to: &ToLamp, sight: &Sight, section: &Section, nodes: &Nodes, he
     let is = nodes.terms(to, &to_light, section, &nodes.weighed(section, &exact.log), &exact.mean);
     let would_be = nodes.terms(to, &to_light, &Section { begin, range, ..*section }, &log, &mean);
     let Tolerance { rough, agree, .. } = *to.tolerance;
-    let dims = f64::from((at(&head.depth, x, y) - through).abs() * (-through).exp());
     let (is, would_be, missed) = (total(&is), total(&would_be), nodes.rule.unresolved(&is));
-    (is - would_be).abs() > rough * is
-        || missed > ELSEWHERE * agree
-        || to.sets_depth && dims > DIMMED * rough
+    (is - would_be).abs() > rough * is || missed > ELSEWHERE * agree
 }
 
 /// √(k(α) β e^(−T(v,x)−T(x,s))) at probes.

@@ -24,8 +24,6 @@ pub struct Head {
     pub range: Quadratic,
     /// The nodes of its rule.
     pub nodes: Vec<Node>,
-    /// T at the last of them.
-    pub depth: Quadratic,
 }
 
 /// One node of a rule.
@@ -54,8 +52,6 @@ pub struct Tail {
     pub most: f32,
     /// T(x, s)/d [1/m].
     pub mean: [Quadratic; TAIL],
-    /// T.
-    pub depth: [Quadratic; TAIL],
 }
 
 /// Coefficients of 1, x, y, x², xy, y², x²y, xy² that meet the eight rays' values.
@@ -208,21 +204,6 @@ fn chart<S: Simd>(simd: S, tail: &Tail, terms: &Terms<S>) -> (Lanes<S>, Lanes<S>
     let range = terms.value(simd, &tail.range);
     let least = range.lit(f64::from(f32::MIN_POSITIVE));
     (terms.value(simd, &tail.begin), range.lit(1.0) / range.max(least))
-}
-
-/// T at ray parameters `t` of a tail.
-#[inline(always)]
-pub fn depth<S: Simd>(simd: S, tail: &Tail, terms: &Terms<S>, t: Lanes<S>) -> Lanes<S> {
-    let (begin, scale) = chart(simd, tail, terms);
-    let at = ((t - begin) * scale).max(t.lit(0.0)).min(t.lit(1.0));
-    Cubic::new(simd, terms, &tail.depth).at(at).max(t.lit(0.0))
-}
-
-/// T where it is the same for all that it matters how long the rays are.
-#[inline(always)]
-pub fn flat_depth<S: Simd>(simd: S, depth: &Quadratic, terms: &Terms<S>) -> Lanes<S> {
-    let depth = terms.value(simd, depth);
-    depth.max(depth.lit(0.0))
 }
 
 /// Airlight of a tail per unit of ω·I₀, for rays of their own `length`.

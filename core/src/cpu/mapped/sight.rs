@@ -29,8 +29,6 @@ pub struct ToLamp<'a> {
     pub scatter: &'a Scatter,
     /// What may be missed.
     pub tolerance: &'a Tolerance,
-    /// Whether what fog takes away is set on the way.
-    pub sets_depth: bool,
 }
 
 /// A few rays of a row, and the fog that they cross.

@@ -28,6 +28,31 @@ struct PatchBlob {
     k: f32,
 }
 
+impl PatchBlob {
+    /// Whether some ray of a patch meets it; then it is added to `lumps`.
+    fn weigh(&self, cone: &PatchCone, lumps: &mut Lumps) -> bool {
+        let PatchCone { offset, axis, spread, width, .. } = *cone;
+        let b = Vec3::from(self.b) - offset * self.a;
+        let half = 1.01 * (b.length() * spread + width * self.a);
+        let aside = b.cross(axis).length();
+        let miss = (aside - half).max(0.0);
+        if miss >= FAR {
+            return false;
+        }
+        let middle = b.dot(axis);
+        lumps.depth += 2.0 * self.k * (-aside * aside).exp();
+        lumps.begin = lumps.begin.min((middle - half - ENDS as f32) / self.a);
+        lumps.end = lumps.end.max((middle + ENDS as f32) / self.a);
+        if half > COARSE {
+            let half = half.min(4.0);
+            // The third derivative of a Gaussian, met over half a patch.
+            let missed = 0.25 * self.k * half * half * half * (-miss * miss).exp();
+            lumps.hidden_squared += missed * missed;
+        }
+        true
+    }
+}
+
 /// The blobs that some ray of a patch meets.
 #[derive(Clone, Debug)]
 pub struct PatchBlobs(Vec<PatchBlob>);
@@ -51,26 +76,14 @@ impl Patched for PatchBlobs {
         self.0.len()
     }
 
+    fn weigh(&self, cone: &PatchCone, lumps: &mut Lumps) {
+        self.0.iter().for_each(|blob| {
+            blob.weigh(cone, lumps);
+        });
+    }
+
     fn within(&self, cone: &PatchCone, lumps: &mut Lumps) -> Box<dyn Patched> {
-        let PatchCone { offset, axis, spread, width, .. } = *cone;
-        let meets = |blob: &&PatchBlob| {
-            let b = Vec3::from(blob.b) - offset * blob.a;
-            let half = 1.01 * (b.length() * spread + width * blob.a);
-            let aside = b.cross(axis).length();
-            let miss = (aside - half).max(0.0);
-            if miss >= FAR {
-                return false;
-            }
-            lumps.depth += 2.0 * blob.k * (-aside * aside).exp();
-            lumps.end = lumps.end.max((b.dot(axis) + ENDS as f32) / blob.a);
-            if half > COARSE {
-                let half = half.min(4.0);
-                // The third derivative of a Gaussian, met over half a patch.
-                let missed = 0.25 * blob.k * half * half * half * (-miss * miss).exp();
-                lumps.hidden_squared += missed * missed;
-            }
-            true
-        };
+        let meets = |blob: &&PatchBlob| blob.weigh(cone, lumps);
         Box::new(Self(self.0.iter().filter(meets).copied().collect()))
     }
 
@@ -188,7 +201,7 @@ fn cross<S: Simd, const PARALLEL: bool>(
     crossings
 }
 
-/// Sums β and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
+/// Sums β, if there are rows for it, and T over blobs. erf and exp are formed only where a blob is; behind it its whole depth
 /// is added once, to the first row there, and carried on at the end.
 #[inline(always)]
 fn add_fields<S: Simd>(
@@ -219,7 +232,9 @@ fn add_fields<S: Simd>(
                     s.erf() - begins
                 };
                 add(simd, density * gathered, &mut depth[j], at);
-                add(simd, core * (-s.squared()).exp(), &mut beta[j], at);
+                if let Some(beta) = beta.get_mut(j) {
+                    add(simd, core * (-s.squared()).exp(), beta, at);
+                }
             }
             add(simd, Lanes::load(simd, &blob.whole[at..]), &mut behind[end], at);
         }

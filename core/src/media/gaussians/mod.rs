@@ -221,6 +221,10 @@ impl Medium for Blobs {
         self.picture_tree().farthest(from)
     }
 
+    fn heaviest(&self) -> f64 {
+        self.all().iter().map(|blob| 2.0 * blob.half_depth()).fold(0.0, f64::max)
+    }
+
     fn lumps(&self) -> usize {
         self.all.len()
     }

@@ -129,7 +129,7 @@ fn add_mean<S: Simd>(
     }
 }
 
-/// Adds β and T at ray parameters `t`.
+/// Adds β, if there are rows for it, and T at ray parameters `t`.
 #[inline(always)]
 fn add_fields<S: Simd>(
     simd: S,
@@ -139,11 +139,13 @@ fn add_fields<S: Simd>(
     depth: &mut [Each],
 ) {
     let HazeOnRays { haze, climb, start } = on_rays;
-    for ((t, beta), depth) in t.iter().zip(beta).zip(depth) {
+    for (k, (t, depth)) in t.iter().zip(depth).enumerate() {
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let (t, start) = (Lanes::load(simd, &t[at..]), Lanes::load(simd, &start[at..]));
             let y = Lanes::load(simd, &climb[at..]).mul_add(t, start);
-            (haze.at(y) + Lanes::load(simd, &beta[at..])).store(&mut beta[at..]);
+            if let Some(beta) = beta.get_mut(k) {
+                (haze.at(y) + Lanes::load(simd, &beta[at..])).store(&mut beta[at..]);
+            }
             let before = Lanes::load(simd, &depth[at..]);
             t.mul_add(haze.mean(start, y), before).store(&mut depth[at..]);
         }

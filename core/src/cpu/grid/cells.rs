@@ -1,0 +1,182 @@
+//! The squares of a block.
+
+use super::look_up::Samples;
+use super::{BLOCK, Grid};
+use crate::cpu::places::Member;
+use crate::frame::context::Context;
+use crate::media::{PatchCone, Patched, Sum};
+use glam::{DVec2, Vec2};
+
+/// Rays around a cell: its corners and the middles of its sides.
+pub const AROUND: usize = 8;
+/// No cell is smaller [px]: between its rays is a pixel.
+const LEAST: f32 = 2.0;
+
+/// Where the ray is that a cell is checked by: cubics, which quadratics miss, vanish in its middle.
+pub const CHECK: [f64; 2] = [0.58, 0.42];
+
+/// Where the rays around a cell stand in the square [−1, 1]².
+const PLACES: [[f32; 2]; AROUND] = [
+    [-1.0, -1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+    [1.0, 1.0],
+    [0.0, -1.0],
+    [0.0, 1.0],
+    [-1.0, 0.0],
+    [1.0, 0.0],
+];
+
+/// A square of the picture with the samples in it.
+pub struct Cell {
+    /// Upper left corner [px].
+    min: Vec2,
+    side: f32,
+    /// Its samples.
+    pub members: Vec<Member>,
+    /// The ray of its only sample, if that is tabulated itself.
+    pub own: Option<usize>,
+    /// The nearest and the farthest end of their rays [m].
+    pub ends: [f32; 2],
+}
+
+impl Cell {
+    fn new(min: Vec2, side: f32, members: Vec<Member>, samples: &Samples) -> Self {
+        let mut ends = [f32::INFINITY, 0.0f32];
+        for member in &members {
+            let length = member.length(samples.block);
+            ends = [ends[0].min(length), ends[1].max(length)];
+        }
+        Self { min, side, members, own: None, ends }
+    }
+
+    /// Its middle [px].
+    pub fn middle(&self) -> Vec2 {
+        self.min + 0.5 * self.side
+    }
+
+    /// Half its side [px].
+    pub fn half(&self) -> f32 {
+        0.5 * self.side
+    }
+
+    /// Whether it is as small as cells get.
+    pub fn is_least(&self) -> bool {
+        self.side <= LEAST
+    }
+
+    /// Where the ray passes that it is checked by [px].
+    pub fn check(&self) -> Vec2 {
+        self.middle() + self.half() * DVec2::from(CHECK).as_vec2()
+    }
+
+    /// Where the rays around it pass through the picture [px].
+    pub fn rays(&self) -> [Vec2; AROUND] {
+        PLACES.map(|place| self.middle() + self.half() * Vec2::from(place))
+    }
+
+    /// Its quarters, as far as there are samples in them.
+    pub fn quarters(self, samples: &Samples) -> Vec<Self> {
+        let (middle, side) = (self.middle(), self.half());
+        let mut parts: [Vec<Member>; 4] = Default::default();
+        for member in self.members {
+            let place = samples.places.get(member);
+            parts[usize::from(place.x >= middle.x) + 2 * usize::from(place.y >= middle.y)]
+                .push(member);
+        }
+        let corner = |i: usize| self.min + side * Vec2::new((i % 2) as f32, (i / 2) as f32);
+        let parts = parts.into_iter().enumerate().filter(|(_, members)| !members.is_empty());
+        parts.map(|(i, members)| Self::new(corner(i), side, members, samples)).collect()
+    }
+
+    /// Each of its samples as a cell of its own.
+    pub fn alone(self, samples: &Samples) -> impl Iterator<Item = Self> {
+        let cell = |member| Self::new(samples.places.get(member), 0.0, vec![member], samples);
+        self.members.into_iter().map(cell)
+    }
+
+    /// Whether the lamps are near, one by one of what is scattered: their glow varies too much across it.
+    pub fn near(&self, grid: &Grid) -> Vec<bool> {
+        let near = |image: &Option<Vec2>| {
+            image
+                .is_some_and(|image| self.side * grid.fineness.near > self.middle().distance(image))
+        };
+        grid.images.iter().map(near).collect()
+    }
+
+    /// Whether some of its rays pass an edge of the fog that others do not.
+    pub fn passes_an_edge(&self, grid: &Grid) -> bool {
+        if grid.haze.is_smooth() {
+            return false;
+        }
+        let passed = |place: &Vec2| {
+            let (start, direction) = grid.context.viewpoint.ray(place.as_dvec2());
+            let mut edges = Vec::new();
+            grid.haze.edges(start.as_vec3(), direction.as_vec3(), &mut edges);
+            edges.iter().filter(|edge| **edge > 0.0 && **edge < self.ends[1]).count()
+        };
+        let rays = self.rays();
+        let first = passed(&rays[0]);
+        rays.iter().any(|place| passed(place) != first)
+    }
+
+    /// Whether it is too large for what its rays may see: a lamp's image is near, lumps are so small that
+    /// they may stand between the rays, or the rays spread too much.
+    pub fn is_coarse(&self, grid: &Grid, fog: &Sum<dyn Patched>) -> bool {
+        let Grid { context, fineness, .. } = grid;
+        if self.passes_an_edge(grid) {
+            return true;
+        }
+        if self.is_least() {
+            return false;
+        }
+        if self.side > fineness.glow && self.near(grid).contains(&true) {
+            return true;
+        }
+        let middle = self.middle();
+        let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
+        let rim = (middle + Vec2::splat(self.half())).as_dvec2();
+        let (rim_offset, rim) = context.viewpoint.ray(rim);
+        let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
+        let spread = rim.as_vec3().distance(axis);
+        let width = rim_offset.as_vec3().distance(offset);
+        let cone = PatchCone { offset, axis, spread, width, longest: self.ends[1] };
+        let lumps = fog.lumps(&cone);
+        // In thin fog a lump stands out by what it adds.
+        let hides = lumps.hidden_squared.sqrt() > fineness.hidden * lumps.depth.min(1.0);
+        hides || spread > fineness.wide
+    }
+}
+
+/// The largest cells of a block.
+pub fn of_block(samples: &Samples, corner: Vec2, side: f32) -> Vec<Cell> {
+    let across = (BLOCK as f32 / side) as usize;
+    let mut squares = vec![Vec::new(); across * across];
+    let square = |place: Vec2| {
+        let [x, y] = ((place - corner) / side).to_array();
+        let [x, y] = [x, y].map(|v| (v.max(0.0) as usize).min(across - 1));
+        y * across + x
+    };
+    for (batch, ends) in samples.block.iter().enumerate() {
+        let members = (0..ends.rays.count).map(|at| Member::new(batch, at));
+        // A tile's pixels mostly lie in one of them.
+        let [min, max] = samples.places.corners(batch, ends.rays.count);
+        if square(min) == square(max) {
+            squares[square(min)].extend(members);
+        } else {
+            members.for_each(|member| squares[square(samples.places.get(member))].push(member));
+        }
+    }
+    let squares = squares.into_iter().enumerate().filter(|(_, members)| !members.is_empty());
+    let min = |i: usize| corner + side * Vec2::new((i % across) as f32, (i / across) as f32);
+    squares.map(|(i, members)| Cell::new(min(i), side, members, samples)).collect()
+}
+
+/// Where the lamps of what is scattered appear [px].
+pub fn images(context: &Context, asked: &[usize]) -> Vec<Option<Vec2>> {
+    let image = |i: &usize| {
+        let lamp = &context.lamps[context.scatters[*i].lamp];
+        context.viewpoint.project(lamp.from_camera.apex()).map(DVec2::as_vec2)
+    };
+    asked.iter().map(image).collect()
+}

@@ -1,0 +1,116 @@
+//! Airlight of pictures for the eye and of drafts: tabulated on a coarse grid of rays, cumulative along depth, and
+//! looked up by every sample at its own ray and its own end. Silhouettes, edge samples and ends before a
+//! lamp are look-ups like any other.
+//!
+//! What is tabulated varies little from ray to ray and along a ray: the airlight up to t, L(t), divided by
+//! what is known in closed form,
+//!
+//! ```text
+//! R(t) = L(t) / (M(t) · (1 − e^(−T(t)) + ε t)/t),   M(t) = ∫ dt/d² from 0 to t = angle/h,
+//! ```
+//!
+//! M the glow of a lamp without fog, its angle seen over its distance h from the ray (Macklin 2010), and T
+//! that of the view ray. A sample multiplies R by its own M and T again. T of the haze is its own; that of
+//! the lumps comes from the same rays.
+//!
+//! A block of the picture shares its knots along depth, and its rays serve all lamps. It is cut into square
+//! cells; eight rays around a cell tell what lies between. A cell is quartered near a lamp's image, where
+//! lumps are too small for it, and where the ray through its middle shows that the eight do not tell it.
+
+mod cells;
+mod glow;
+mod knots;
+mod look_up;
+mod rule;
+mod table;
+
+use super::fog::near_views;
+use super::places::Places;
+use crate::frame::context::Context;
+use crate::frame::tolerance::Fineness;
+use crate::frame::viewpoint::Tile;
+use crate::geometry::batch::{Ends, Fogged};
+use crate::media::{Purpose, Smooth, Sum};
+use cells::Cell;
+use glam::Vec2;
+use glow::Glow;
+use knots::Knots;
+use look_up::Samples;
+use table::Table;
+
+/// Pixels along the side of a block.
+pub const BLOCK: usize = 64;
+/// The smallest cells may be off by so many times what larger ones may, before each of their samples gets a ray
+/// of its own: in tails of blobs, where little is seen, all would.
+const ALONE: f32 = 6.0;
+/// Where there is less than this share of the heaviest lump, or of an optical depth of 1, the air is as good
+/// as clear.
+const UNSEEN: f64 = 1e-3;
+
+/// What all blocks of a frame share.
+pub struct Grid<'a> {
+    context: &'a Context<'a>,
+    /// What is scattered.
+    asked: &'a [usize],
+    /// How the lamp of each of those glows.
+    glows: Vec<Glow>,
+    haze: Sum<dyn Smooth>,
+    fineness: Fineness,
+    /// Where the lamp of each appears [px].
+    images: Vec<Option<Vec2>>,
+    /// Optical depth that is as good as nothing.
+    unseen: f32,
+}
+
+impl<'a> Grid<'a> {
+    /// For what is scattered of some lamps.
+    pub fn new(context: &'a Context<'a>, asked: &'a [usize]) -> Self {
+        Self {
+            context,
+            asked,
+            glows: asked.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
+            haze: context.field.smooth(context.viewpoint.position),
+            fineness: Fineness::of(&context.view),
+            images: cells::images(context, asked),
+            unseen: (UNSEEN * context.field.heaviest().min(1.0)) as f32,
+        }
+    }
+
+    /// Adds what is scattered along the rays of some batches that pass through a block of the picture, given
+    /// by its first tile, and what the lumps take away.
+    pub fn light(&self, corner: Tile, block: &[Ends<'_>], fogged: &mut [Fogged]) {
+        let Self { context, fineness, .. } = self;
+        let corner = Vec2::new(corner.x as f32, corner.y as f32);
+        let places = Places::new(context, block);
+        let fog = near_views(context, block, Purpose::Nodes).patched();
+        let samples = Samples { block, places: &places };
+        let mut open = cells::of_block(&samples, corner, fineness.side);
+        let deepest = open.iter().map(|cell| cell.ends[1]).fold(0.0, f32::max);
+        let Some(knots) = Knots::new(self, &fog, corner, deepest) else { return };
+        let mut table = Table::new(self, &fog, corner, knots);
+        let mut alone = Vec::new();
+        while !open.is_empty() && !context.job.progress.is_over() {
+            let (whole, mut split): (Vec<_>, Vec<_>) =
+                open.into_iter().partition(|cell| !cell.is_coarse(self, &fog));
+            table.follow(whole.iter().flat_map(Cell::rays));
+            let first = table.add(&whole.iter().map(Cell::check).collect::<Vec<_>>());
+            for (i, cell) in whole.into_iter().enumerate() {
+                let worse = if cell.is_least() { ALONE } else { 1.0 };
+                if table.is_rough(&cell, first + i, worse * fineness.rough) {
+                    split.push(cell);
+                } else {
+                    look_up::cell(&table, &cell, &samples, fogged);
+                }
+            }
+            let (least, larger) = split.into_iter().partition::<Vec<_>, _>(Cell::is_least);
+            alone.extend(least.into_iter().flat_map(|cell| cell.alone(&samples)));
+            open = larger.into_iter().flat_map(|cell| cell.quarters(&samples)).collect();
+        }
+        // Where neighbours have nothing to tell each other.
+        let first = table.add(&alone.iter().map(Cell::middle).collect::<Vec<_>>());
+        for (i, cell) in alone.iter_mut().enumerate() {
+            cell.own = Some(first + i);
+            look_up::cell(&table, cell, &samples, fogged);
+        }
+    }
+}
