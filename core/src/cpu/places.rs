@@ -2,7 +2,68 @@
 
 use crate::frame::context::Context;
 use crate::geometry::batch::{Ends, Rays, Row, SIZE, get3};
+use crate::geometry::control::{Each, PADDED};
+use crate::media::PatchCone;
 use glam::Vec2;
+
+/// Rays that stand for a square of the picture: its corners and the middles of its sides.
+pub const CONTROL: usize = 8;
+
+/// Corners of the square [−1, 1]² and middles of its sides, in the order of control rays.
+pub const PLACES: [[f32; 2]; CONTROL] = [
+    [-1.0, -1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+    [1.0, 1.0],
+    [0.0, -1.0],
+    [0.0, 1.0],
+    [-1.0, 0.0],
+    [1.0, 0.0],
+];
+
+/// The cone around the rays through a place of the picture and some that stand this far from it [px].
+pub fn cone(context: &Context, middle: Vec2, rims: &[Vec2], longest: f32) -> PatchCone {
+    let ray = |place: Vec2| {
+        let (offset, direction) = context.viewpoint.ray(place.as_dvec2());
+        (offset.as_vec3(), direction.as_vec3())
+    };
+    let (offset, axis) = ray(middle);
+    let (mut spread, mut width) = (0.0f32, 0.0f32);
+    for rim in rims {
+        let (rim_offset, rim) = ray(middle + *rim);
+        spread = spread.max(rim.distance(axis));
+        width = width.max(rim_offset.distance(offset));
+    }
+    PatchCone { offset, axis, spread, width, longest }
+}
+
+/// Rays of some batches that stand together.
+pub struct Samples<'a> {
+    /// The rays, and where they end.
+    pub block: &'a [Ends<'a>],
+    /// Where they pass through the picture.
+    pub places: &'a Places,
+}
+
+impl Samples<'_> {
+    /// Place in the picture, direction, start and length of a few of them, in so many lanes; the last one
+    /// repeated.
+    #[inline(always)]
+    pub fn gather(&self, members: &[Member], lanes: usize) -> [Each; 9] {
+        let mut rows = [[0.0; PADDED]; 9];
+        for lane in 0..lanes {
+            let ray = members[lane.min(members.len() - 1)];
+            let (Ends { rays, hits }, at) = (&self.block[ray.batch()], ray.at());
+            [rows[0][lane], rows[1][lane]] = self.places.get(ray).to_array();
+            for k in 0..3 {
+                rows[2 + k][lane] = rays.direction[k][at];
+                rows[5 + k][lane] = rays.offset[k][at];
+            }
+            rows[8][lane] = hits.length[at];
+        }
+        rows
+    }
+}
 
 /// Where rays pass through the picture [px], batch by batch.
 pub struct Places(Vec<[Row; 2]>);

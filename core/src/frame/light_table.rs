@@ -6,7 +6,6 @@
 //! those of a cube's six faces; a light far from them sees them through one window. A face is one
 //! sample wider on each side, so that no cubic reaches over an edge.
 
-use super::context::Context;
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::media::{Field, Outline, Purpose};
@@ -33,12 +32,6 @@ const LUMPS_A_LOOK: usize = 1 << 20;
 /// Whether looking T up in tables is cheaper than adding it up.
 pub fn pay(field: &Field, for_the_eye: bool) -> bool {
     field.lumps() >= FEWEST_BLOBS[usize::from(for_the_eye)]
-}
-
-/// Whether straight lines between a table's samples are good enough: for the eye, where the shadows of many lie
-/// over each other. Each of a few is sharper.
-pub fn lines_do(context: &Context) -> bool {
-    context.interpolates() && context.field.lumps() >= FEWEST_BLOBS[0]
 }
 
 /// How many samples a table may have.

@@ -52,3 +52,9 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     }
     Ok(makes)
 }
+
+/// Whether straight lines between a table's samples are good enough: for the eye, where the shadows of many lie
+/// over each other. Each of a few is sharper.
+pub fn lines_do(context: &Context) -> bool {
+    context.interpolates() && light_table::pay(context.field, false)
+}

@@ -302,11 +302,11 @@ impl Sum<dyn Smooth> {
         self.0.is_empty()
     }
 
-    /// Whether it has no edges.
-    pub fn is_smooth(&self) -> bool {
+    /// Whether it has edges.
+    pub fn has_edges(&self) -> bool {
         let mut edges = Vec::new();
         self.edges(Vec3::ZERO, Vec3::ONE, &mut edges);
-        edges.is_empty()
+        !edges.is_empty()
     }
 
     /// Appends where β, or its slope, jumps on a ray [m].
@@ -326,20 +326,23 @@ impl Sum<dyn Patched> {
         let mut lumps = Lumps::default();
         let each = self.0.iter();
         let within = each.map(|(group, medium)| (*group, medium.within(cone, &mut lumps)));
-        let within: Vec<_> = within.collect();
-        // Haze hides what is missed of lumps, but not that behind them.
-        let length = lumps.end.min(cone.longest);
-        lumps.depth += within.iter().map(|(_, medium)| medium.haze(cone, length)).sum::<f32>();
-        (Self(within), lumps)
+        let within = Self(within.collect());
+        lumps.depth += within.haze_before(&lumps, cone);
+        (within, lumps)
     }
 
     /// What its lumps around a smaller patch come to beside the haze.
     pub fn lumps(&self, cone: &PatchCone) -> Lumps {
         let mut lumps = Lumps::default();
         self.0.iter().for_each(|(_, medium)| medium.weigh(cone, &mut lumps));
-        let length = lumps.end.min(cone.longest);
-        lumps.depth += self.0.iter().map(|(_, medium)| medium.haze(cone, length)).sum::<f32>();
+        lumps.depth += self.haze_before(&lumps, cone);
         lumps
+    }
+
+    /// T of the haze up to the last lump: it hides what is missed of lumps, but not that behind them.
+    fn haze_before(&self, lumps: &Lumps, cone: &PatchCone) -> f32 {
+        let length = lumps.end.min(cone.longest);
+        self.0.iter().map(|(_, medium)| medium.haze(cone, length)).sum()
     }
 
     /// Follows rays; without the lumps of which all meet less than the share `least`.

@@ -1,31 +1,17 @@
 //! The squares of a block.
 
-use super::look_up::Samples;
 use super::{BLOCK, Grid};
-use crate::cpu::places::Member;
+use crate::cpu::places::{CONTROL, Member, PLACES, Samples, cone};
 use crate::frame::context::Context;
-use crate::media::{PatchCone, Patched, Sum};
+use crate::media::{Patched, Sum};
+use crate::num::Num;
 use glam::{DVec2, Vec2};
 
-/// Rays around a cell: its corners and the middles of its sides.
-pub const AROUND: usize = 8;
 /// No cell is smaller [px]: between its rays is a pixel.
 const LEAST: f32 = 2.0;
 
 /// Where the ray is that a cell is checked by: cubics, which quadratics miss, vanish in its middle.
 pub const CHECK: [f64; 2] = [0.58, 0.42];
-
-/// Where the rays around a cell stand in the square [−1, 1]².
-const PLACES: [[f32; 2]; AROUND] = [
-    [-1.0, -1.0],
-    [1.0, -1.0],
-    [-1.0, 1.0],
-    [1.0, 1.0],
-    [0.0, -1.0],
-    [0.0, 1.0],
-    [-1.0, 0.0],
-    [1.0, 0.0],
-];
 
 /// A square of the picture with the samples in it.
 pub struct Cell {
@@ -71,7 +57,7 @@ impl Cell {
     }
 
     /// Where the rays around it pass through the picture [px].
-    pub fn rays(&self) -> [Vec2; AROUND] {
+    pub fn rays(&self) -> [Vec2; CONTROL] {
         PLACES.map(|place| self.middle() + self.half() * Vec2::from(place))
     }
 
@@ -105,8 +91,8 @@ impl Cell {
     }
 
     /// Whether some of its rays pass an edge of the fog that others do not.
-    pub fn passes_an_edge(&self, grid: &Grid) -> bool {
-        if grid.haze.is_smooth() {
+    fn passes_an_edge(&self, grid: &Grid) -> bool {
+        if !grid.has_edges {
             return false;
         }
         let passed = |place: &Vec2| {
@@ -133,19 +119,31 @@ impl Cell {
         if self.side > fineness.glow && self.near(grid).contains(&true) {
             return true;
         }
-        let middle = self.middle();
-        let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
-        let rim = (middle + Vec2::splat(self.half())).as_dvec2();
-        let (rim_offset, rim) = context.viewpoint.ray(rim);
-        let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
-        let spread = rim.as_vec3().distance(axis);
-        let width = rim_offset.as_vec3().distance(offset);
-        let cone = PatchCone { offset, axis, spread, width, longest: self.ends[1] };
+        let cone = cone(context, self.middle(), &[Vec2::splat(self.half())], self.ends[1]);
         let lumps = fog.lumps(&cone);
         // In thin fog a lump stands out by what it adds.
         let hides = lumps.hidden_squared.sqrt() > fineness.hidden * lumps.depth.min(1.0);
-        hides || spread > fineness.wide
+        hides || cone.spread > fineness.wide
     }
+}
+
+/// How much the eight rays around a cell count at places of the square [−1, 1]²: those quadratics that are 1
+/// at one ray and 0 at the others.
+#[inline(always)]
+pub fn weights<N: Num>(x: N, y: N) -> [N; CONTROL] {
+    let (one, half, quarter) = (x.lit(1.0), x.lit(0.5), x.lit(0.25));
+    let (left, right, upper, lower) = (one - x, one + x, one - y, one + y);
+    let (across, down) = ((one - x.squared()) * half, (one - y.squared()) * half);
+    [
+        left * upper * (-x - y - one) * quarter,
+        right * upper * (x - y - one) * quarter,
+        left * lower * (y - x - one) * quarter,
+        right * lower * (x + y - one) * quarter,
+        across * upper,
+        across * lower,
+        down * left,
+        down * right,
+    ]
 }
 
 /// The largest cells of a block.

@@ -7,9 +7,11 @@
 
 use super::{BLOCK, Grid};
 use crate::airlight::mapped::OPAQUE;
+use crate::cpu::places::{PLACES, cone};
+use crate::frame::context::Lamp;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
-use crate::media::{OnRays, PatchCone, Patched, Smooth, Sum};
+use crate::media::{OnRays, Patched, Smooth, Sum};
 use glam::{Vec2, Vec3};
 
 /// Share of the knots that lie evenly in the angles seen from the lamps.
@@ -18,7 +20,7 @@ const LIGHT: f64 = 0.45;
 const FOG: f64 = 0.45;
 /// Places that are looked at: evenly, halfway to the beginning again and again, among the lumps, and where
 /// the first lamps see even angles.
-const PLACES: usize = 12;
+const EVENLY: usize = 12;
 const HALVINGS: i32 = 12;
 const AMONG: usize = 32;
 const OF_A_LAMP: usize = 6;
@@ -197,8 +199,7 @@ fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, corner: Vec2) -> (V
     let context = grid.context;
     let middle = (corner + 0.5 * BLOCK as f32).as_dvec2();
     let (offset, axis) = context.viewpoint.ray(middle);
-    let beside =
-        |lamp: &crate::frame::context::Lamp| lamp.from_camera.beside(offset.into(), axis.into());
+    let beside = |lamp: &Lamp| lamp.from_camera.beside(offset.into(), axis.into());
     let lamps: Vec<_> = context.lamps.iter().map(beside).collect();
     let at = places(reach, &lamps);
     let rows = at
@@ -238,18 +239,16 @@ fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, corner: Vec2) -> (V
 
 /// Where the lamps are whose images are near: T towards a lamp has a cone there.
 fn seen_from_near(grid: &Grid, corner: Vec2) -> impl Iterator<Item = f32> {
+    let viewpoint = &grid.context.viewpoint;
     let middle = corner + 0.5 * BLOCK as f32;
-    let is_near = move |lamp: &&crate::frame::context::Lamp| {
-        let image = grid.context.viewpoint.project(lamp.from_camera.apex());
-        image.is_some_and(|image| image.as_vec2().distance(middle) < 2.0 * BLOCK as f32)
+    let closest = move |lamp: &Lamp| {
+        let image = viewpoint.project(lamp.from_camera.apex())?;
+        let is_near = image.as_vec2().distance(middle) < 2.0 * BLOCK as f32;
+        let (offset, axis) = viewpoint.ray(image);
+        let to_light = lamp.from_camera.beside(offset.into(), axis.into());
+        is_near.then_some(to_light.closest as f32)
     };
-    let forward = grid.context.viewpoint.ray(middle.as_dvec2());
-    let lamps = grid.context.lamps.iter().filter(is_near).take(LAMPS);
-    lamps.map(move |lamp| {
-        let image = grid.context.viewpoint.project(lamp.from_camera.apex());
-        let (offset, axis) = image.map_or(forward, |image| grid.context.viewpoint.ray(image));
-        lamp.from_camera.beside(offset.into(), axis.into()).closest as f32
-    })
+    grid.context.lamps.iter().filter_map(closest).take(LAMPS)
 }
 
 /// Where the fog of a block is looked at, ascending [m].
@@ -259,7 +258,7 @@ fn places(reach: &Reach, lamps: &[ToLight<f64>]) -> Vec<f32> {
         (0..count).map(move |i| from + (to - from) * (i as f32 + 0.5) / count as f32)
     };
     let mut at = vec![from, to];
-    at.extend(evenly([from, to], PLACES));
+    at.extend(evenly([from, to], EVENLY));
     at.extend((1..=HALVINGS).map(|i| from + (to - from) * 0.5f32.powi(i)));
     at.extend(dense.into_iter().flat_map(|dense| evenly(dense, AMONG)));
     for lamp in lamps.iter().take(LAMPS) {
@@ -300,26 +299,12 @@ impl Reach {
         deepest: f32,
     ) -> Option<Self> {
         let deepest = deepest.min(met.hides_from(0.0, OPAQUE as f32));
-        let lumps = fog.lumps(&cone(grid, corner, deepest));
+        let half = 0.5 * BLOCK as f32;
+        let rims = PLACES[..4].iter().map(|place| half * Vec2::from(*place)).collect::<Vec<_>>();
+        let lumps = fog.lumps(&cone(grid.context, corner + half, &rims, deepest));
         let dense = [lumps.begin.max(0.0), lumps.end.min(deepest)];
         let dense = (dense[0] < dense[1]).then_some(dense);
         let [from, to] = if grid.haze.is_empty() { dense? } else { [0.0, deepest] };
         (from < to).then_some(Self { from, to, dense })
     }
-}
-
-/// The cone around a block's rays.
-fn cone(grid: &Grid, corner: Vec2, longest: f32) -> PatchCone {
-    let viewpoint = &grid.context.viewpoint;
-    let half = 0.5 * BLOCK as f32;
-    let middle = corner + half;
-    let (offset, axis) = viewpoint.ray(middle.as_dvec2());
-    let (offset, axis) = (offset.as_vec3(), axis.as_vec3());
-    let (mut spread, mut width) = (0.0f32, 0.0f32);
-    for (x, y) in [(-half, -half), (half, -half), (-half, half), (half, half)] {
-        let (rim_offset, rim) = viewpoint.ray((middle + Vec2::new(x, y)).as_dvec2());
-        spread = spread.max(rim.as_vec3().distance(axis));
-        width = width.max(rim_offset.as_vec3().distance(offset));
-    }
-    PatchCone { offset, axis, spread, width, longest }
 }

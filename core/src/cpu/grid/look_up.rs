@@ -1,28 +1,20 @@
 //! What every sample does itself: it interpolates the tabulated rays around it, and multiplies by its own glow
 //! of the lamp and its own fog.
 
-use super::cells::{AROUND, Cell};
+use super::cells::{Cell, weights};
 use super::glow::Glow;
 use super::knots::{EDGES, WITHIN};
 use super::rule::bulk;
 use super::table::{BETA, DEPTH, RATIO, Table};
-use crate::cpu::places::{Member, Places};
+use crate::cpu::places::{CONTROL, Member, Samples};
 use crate::frame::context::Lamp;
-use crate::geometry::batch::{Ends, Fogged, load3};
+use crate::geometry::batch::{Ends, Fogged, Row, load3};
 use crate::geometry::control::PADDED;
 use crate::light::ToLight;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
-
-/// The samples of a block.
-pub struct Samples<'a> {
-    /// Their rays, and where they end.
-    pub block: &'a [Ends<'a>],
-    /// Where those pass through the picture.
-    pub places: &'a Places,
-}
 
 /// Airlight, and T of the lumps, of a cell's samples.
 pub fn cell(table: &Table, cell: &Cell, samples: &Samples, fogged: &mut [Fogged]) {
@@ -98,7 +90,7 @@ fn in_lanes<S: Simd>(
         let depth = lanes.haze + lumps;
         let (bulk, is_behind) = (bulk(depth, t), zero.lt(is_behind));
         let mut put = Put { members, fogged, is_run: lanes.is_run };
-        put.depth(depth);
+        put.put(None, depth);
         for (slot, (ratio, lamp)) in ratios.iter().zip(&lamps).enumerate() {
             let to = lamp.from_camera.beside(lanes.start, lanes.direction);
             let glow = &grid.glows[slot];
@@ -108,7 +100,7 @@ fn in_lanes<S: Simd>(
                 let ratio = ratio.max(zero);
                 Lanes::select(is_behind, ratio, ratio * glow.between(simd, &to, zero, t) * bulk)
             };
-            put.airlight(slot, light);
+            put.put(Some(slot), light);
         }
     }
 }
@@ -116,7 +108,7 @@ fn in_lanes<S: Simd>(
 /// What the rays around a cell have at some knots.
 struct Rays {
     /// `[knot][field][ray]`.
-    values: Vec<[f32; AROUND]>,
+    values: Vec<[f32; CONTROL]>,
     first: usize,
     width: usize,
 }
@@ -124,7 +116,7 @@ struct Rays {
 /// The rays around a cell, and how much they count for some samples.
 struct Around<'a, S: Simd> {
     rays: &'a Rays,
-    weights: [Lanes<S>; AROUND],
+    weights: [Lanes<S>; CONTROL],
 }
 
 impl<S: Simd> Around<'_, S> {
@@ -276,22 +268,23 @@ impl<S: Simd> Gathered<S> {
                 is_run,
             };
         }
-        let mut rows = [[0.0; PADDED]; 10];
-        for lane in 0..Lanes::<S>::COUNT {
-            // The last one repeated.
+        let rows = samples.gather(members, Lanes::<S>::COUNT);
+        let mut haze = [0.0; PADDED];
+        for (lane, haze) in haze.iter_mut().enumerate().take(Lanes::<S>::COUNT) {
             let ray = members[lane.min(members.len() - 1)];
-            let (Ends { rays, hits }, at) = (&samples.block[ray.batch()], ray.at());
-            [rows[0][lane], rows[1][lane]] = samples.places.get(ray).to_array();
-            for k in 0..3 {
-                rows[2 + k][lane] = rays.direction[k][at];
-                rows[5 + k][lane] = rays.offset[k][at];
-            }
-            rows[8][lane] = hits.length[at];
-            rows[9][lane] = fogged[ray.batch()].depth[at];
+            *haze = fogged[ray.batch()].depth[ray.at()];
         }
         let row = |i: usize| Lanes::load(simd, &rows[i]);
         let (direction, start) = (V3::new(row(2), row(3), row(4)), V3::new(row(5), row(6), row(7)));
-        Self { x: row(0), y: row(1), direction, start, length: row(8), haze: row(9), is_run }
+        Self {
+            x: row(0),
+            y: row(1),
+            direction,
+            start,
+            length: row(8),
+            haze: Lanes::load(simd, &haze),
+            is_run,
+        }
     }
 }
 
@@ -303,32 +296,28 @@ struct Put<'a> {
 }
 
 impl Put<'_> {
+    /// Sets their T, or what is scattered of a lamp.
     #[inline(always)]
-    fn depth<S: Simd>(&mut self, values: Lanes<S>) {
+    fn put<S: Simd>(&mut self, slot: Option<usize>, values: Lanes<S>) {
         if self.is_run {
             let first = self.members[0];
-            values.store(&mut self.fogged[first.batch()].depth[first.at()..]);
+            values.store(&mut row(&mut self.fogged[first.batch()], slot)[first.at()..]);
             return;
         }
         let mut each = [0.0; PADDED];
         values.store(&mut each);
         for (value, member) in each.iter().zip(self.members) {
-            self.fogged[member.batch()].depth[member.at()] = *value;
+            row(&mut self.fogged[member.batch()], slot)[member.at()] = *value;
         }
     }
+}
 
-    #[inline(always)]
-    fn airlight<S: Simd>(&mut self, slot: usize, values: Lanes<S>) {
-        if self.is_run {
-            let first = self.members[0];
-            values.store(&mut self.fogged[first.batch()].airlight[slot][first.at()..]);
-            return;
-        }
-        let mut each = [0.0; PADDED];
-        values.store(&mut each);
-        for (value, member) in each.iter().zip(self.members) {
-            self.fogged[member.batch()].airlight[slot][member.at()] = *value;
-        }
+/// T, or the airlight of a lamp.
+#[inline(always)]
+fn row(fogged: &mut Fogged, slot: Option<usize>) -> &mut Row {
+    match slot {
+        Some(slot) => &mut fogged.airlight[slot],
+        None => &mut fogged.depth,
     }
 }
 
@@ -361,23 +350,4 @@ fn bounds<S: Simd>(simd: S, table: &Table, lanes: &Gathered<S>) -> [Lanes<S>; ED
         *bound = Lanes::load(simd, row);
     }
     bounds
-}
-
-/// How much the eight rays around a cell count at places of the square [−1, 1]²: those quadratics that are 1
-/// at one ray and 0 at the others.
-#[inline(always)]
-pub fn weights<N: Num>(x: N, y: N) -> [N; AROUND] {
-    let (one, half, quarter) = (x.lit(1.0), x.lit(0.5), x.lit(0.25));
-    let (left, right, upper, lower) = (one - x, one + x, one - y, one + y);
-    let (across, down) = ((one - x.squared()) * half, (one - y.squared()) * half);
-    [
-        left * upper * (-x - y - one) * quarter,
-        right * upper * (x - y - one) * quarter,
-        left * lower * (y - x - one) * quarter,
-        right * lower * (x + y - one) * quarter,
-        across * upper,
-        across * lower,
-        down * left,
-        down * right,
-    ]
 }

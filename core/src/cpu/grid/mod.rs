@@ -1,5 +1,5 @@
-//! Airlight of pictures for the eye and of drafts: tabulated on a coarse grid of rays, cumulative along depth, and
-//! looked up by every sample at its own ray and its own end. Silhouettes, edge samples and ends before a
+//! Airlight of pictures for the eye and of drafts: tabulated on a coarse grid of rays, cumulative along depth,
+//! and looked up by every sample at its own ray and its own end. Silhouettes, edge samples and ends before a
 //! lamp are look-ups like any other.
 //!
 //! What is tabulated varies little from ray to ray and along a ray: the airlight up to t, L(t), divided by
@@ -15,7 +15,8 @@
 //!
 //! A block of the picture shares its knots along depth, and its rays serve all lamps. It is cut into square
 //! cells; eight rays around a cell tell what lies between. A cell is quartered near a lamp's image, where
-//! lumps are too small for it, and where the ray through its middle shows that the eight do not tell it.
+//! lumps are too small for it, an edge of the fog passes, or a ninth ray shows that the eight do not tell it.
+//! Samples of the smallest cells of which that holds get rays of their own.
 
 mod cells;
 mod glow;
@@ -25,7 +26,7 @@ mod rule;
 mod table;
 
 use super::fog::near_views;
-use super::places::Places;
+use super::places::{Places, Samples};
 use crate::frame::context::Context;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Tile;
@@ -35,7 +36,6 @@ use cells::Cell;
 use glam::Vec2;
 use glow::Glow;
 use knots::Knots;
-use look_up::Samples;
 use table::Table;
 
 /// Pixels along the side of a block.
@@ -55,6 +55,8 @@ pub struct Grid<'a> {
     /// How the lamp of each of those glows.
     glows: Vec<Glow>,
     haze: Sum<dyn Smooth>,
+    /// Whether that has edges.
+    has_edges: bool,
     fineness: Fineness,
     /// Where the lamp of each appears [px].
     images: Vec<Option<Vec2>>,
@@ -65,11 +67,13 @@ pub struct Grid<'a> {
 impl<'a> Grid<'a> {
     /// For what is scattered of some lamps.
     pub fn new(context: &'a Context<'a>, asked: &'a [usize]) -> Self {
+        let haze = context.field.smooth(context.viewpoint.position);
         Self {
             context,
             asked,
             glows: asked.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
-            haze: context.field.smooth(context.viewpoint.position),
+            has_edges: haze.has_edges(),
+            haze,
             fineness: Fineness::of(&context.view),
             images: cells::images(context, asked),
             unseen: (UNSEEN * context.field.heaviest().min(1.0)) as f32,

@@ -1,12 +1,11 @@
 //! Rays of a block, tabulated at its knots.
 
-use super::BLOCK;
-use super::Grid;
-use super::cells::{AROUND, CHECK, Cell};
+use super::cells::{CHECK, Cell, weights};
 use super::knots::{Bounds, Knots};
-use super::look_up::weights;
 use super::rule::{Met, Page, cumulate};
+use super::{BLOCK, Grid};
 use crate::cpu::mapped::toward_light;
+use crate::cpu::places::CONTROL;
 use crate::frame::context::Context;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::media::{Patched, Sum};
@@ -19,7 +18,8 @@ const FAINT: f32 = 1e-3;
 /// tails is seen rays that are followed together would differ from others.
 const ASIDE: f32 = 1e-6;
 
-/// What is tabulated of a ray at a knot: T and β of the lumps; then R, and behind all of them the airlight itself, of what is scattered.
+/// What is tabulated of a ray at a knot: T and β of the lumps; then, each of all that is scattered, R, the mean
+/// of β e^(−T) since the knot before, and the airlight.
 pub const DEPTH: usize = 0;
 pub const BETA: usize = 1;
 pub const RATIO: usize = 2;
@@ -68,7 +68,7 @@ impl<'a> Table<'a> {
     }
 
     /// What the rays around a cell have at its knots `first` to `last`: `[knot][field][ray]`.
-    pub fn copy(&self, cell: &Cell, first: usize, last: usize) -> Vec<[f32; AROUND]> {
+    pub fn copy(&self, cell: &Cell, first: usize, last: usize) -> Vec<[f32; CONTROL]> {
         let width = RATIO + 2 * self.grid.asked.len();
         let mut copy = Vec::with_capacity((last + 1 - first) * width);
         let rays = self.rays(cell);
@@ -81,9 +81,9 @@ impl<'a> Table<'a> {
     }
 
     /// The rays of a cell.
-    pub fn rays(&self, cell: &Cell) -> [usize; AROUND] {
+    pub fn rays(&self, cell: &Cell) -> [usize; CONTROL] {
         if let Some(own) = cell.own {
-            return [own; AROUND];
+            return [own; CONTROL];
         }
         cell.rays().map(|place| self.known[self.place(place)] as usize)
     }
@@ -145,7 +145,8 @@ impl<'a> Table<'a> {
         page
     }
 
-    /// The knots before the nearest and behind the farthest end of a cell's samples, on the ray in its middle.
+    /// The knots before the nearest and behind the farthest end of a cell's samples, on the ray that it is
+    /// checked by.
     pub fn around(&self, cell: &Cell) -> [usize; 2] {
         let (start, direction) = self.grid.context.viewpoint.ray(cell.check().as_dvec2());
         let bounds = self.bounds(start.as_vec3(), direction.as_vec3());
@@ -161,7 +162,7 @@ impl<'a> Table<'a> {
         let around = self.rays(cell);
         let weights = weights(CHECK[0], CHECK[1]).map(|weight| weight as f32);
         let [first, last] = self.around(cell);
-        let middle = |k: usize, field: usize| {
+        let between = |k: usize, field: usize| {
             let each = around.iter().zip(weights);
             each.map(|(ray, weight)| weight * self.at(*ray, k, field)).sum::<f32>()
         };
@@ -169,7 +170,7 @@ impl<'a> Table<'a> {
         let is_near = cell.near(self.grid);
         (first..=last).any(|k| {
             let depth = self.at(own, k, DEPTH);
-            let off = (middle(k, DEPTH) - depth).abs() * (-depth).exp();
+            let off = (between(k, DEPTH) - depth).abs() * (-depth).exp();
             let seen = -(-depth).exp_m1();
             if off > tolerance * seen.max(self.grid.unseen) {
                 return true;
@@ -186,7 +187,7 @@ impl<'a> Table<'a> {
                 let exact = self.at(own, k, RATIO + slot);
                 !is_near[slot]
                     && !faint(slot)
-                    && (middle(k, RATIO + slot) - exact).abs() > tolerance * exact
+                    && (between(k, RATIO + slot) - exact).abs() > tolerance * exact
             })
         }) || (0..count).filter(|slot| is_near[*slot]).any(|slot| {
             // What the interpolated means miss of the light up to each knot.
@@ -197,7 +198,7 @@ impl<'a> Table<'a> {
                 let gain = sum - before;
                 before = sum;
                 if exact > 0.0 {
-                    off += (middle(k, mean) / exact - 1.0) * gain;
+                    off += (between(k, mean) / exact - 1.0) * gain;
                 }
                 k >= first && sum > FAINT * self.at(own, last, light) && off.abs() > tolerance * sum
             })

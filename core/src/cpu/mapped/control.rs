@@ -1,9 +1,12 @@
 //! The eight rays that stand for a patch, and the way from their points to a light.
 
 use super::patch::Patch;
+pub use crate::cpu::places::CONTROL;
+use crate::cpu::places::PLACES;
 use crate::cpu::shade::Ways;
 use crate::frame::context::{Context, Lamp};
-use crate::frame::light_table::{self, LightTable};
+use crate::frame::light_table::LightTable;
+use crate::frame::lights;
 use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
@@ -11,21 +14,6 @@ use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec2;
-
-/// Rays that stand for a patch: its corners and the middles of its sides.
-pub const CONTROL: usize = 8;
-
-/// Corners of the square [−1, 1]² and middles of its sides, in the order of control rays.
-pub const PLACES: [[f32; 2]; CONTROL] = [
-    [-1.0, -1.0],
-    [1.0, -1.0],
-    [-1.0, 1.0],
-    [1.0, 1.0],
-    [0.0, -1.0],
-    [0.0, 1.0],
-    [-1.0, 0.0],
-    [1.0, 0.0],
-];
 
 /// Places in rows, for eight rays: two a row.
 pub fn pairs(t: &[f32]) -> Vec<Each> {
@@ -86,7 +74,7 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     if let Some(table) = lamp.table.as_ref() {
         dispatch!(job.level, simd => {
             let apex = V3::splat(simd, apex.to_array());
-            if light_table::lines_do(context) {
+            if lights::lines_do(context) {
                 add_table::<_, false>(simd, rays, apex, table, t, &mut mean);
             } else {
                 add_table::<_, true>(simd, rays, apex, table, t, &mut mean);

@@ -18,7 +18,7 @@ mod sight;
 pub use control::toward_light;
 
 use super::fog::near_views;
-use super::places::{Member, Places};
+use super::places::{Member, Places, Samples};
 use crate::airlight::mapped::{OPAQUE, PROBES};
 use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};
@@ -293,8 +293,9 @@ impl Pass<'_> {
         let one = Lanes::splat(simd, 1.0);
         let (middle, half) = (patch.middle(), patch.half());
         let ToLamp { lamp, scatter, .. } = self.to;
+        let samples = Samples { block: self.block, places: self.places };
         for members in sums.layer.members.chunks(Lanes::<S>::COUNT) {
-            let gathered = self.gather(members);
+            let gathered = samples.gather(members, Lanes::<S>::COUNT);
             let row = |i: usize| &gathered[i];
             let [x, y, dx, dy, dz, ox, oy, oz, length] =
                 [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8)];
@@ -323,22 +324,6 @@ impl Pass<'_> {
                 fogged[ray.batch()].airlight[self.row][ray.at()] += value;
             }
         }
-    }
-
-    /// Place in the picture, direction, start and length of a few rays; the last one repeated.
-    fn gather(&self, members: &[Member]) -> [[f32; PADDED]; 9] {
-        let mut rows = [[0.0; PADDED]; 9];
-        for lane in 0..PADDED {
-            let ray = members[lane.min(members.len() - 1)];
-            let (Ends { rays, hits }, at) = (&self.block[ray.batch()], ray.at());
-            [rows[0][lane], rows[1][lane]] = self.places.get(ray).to_array();
-            for k in 0..3 {
-                rows[2 + k][lane] = rays.direction[k][at];
-                rows[5 + k][lane] = rays.offset[k][at];
-            }
-            rows[8][lane] = hits.length[at];
-        }
-        rows
     }
 }
 

@@ -1,10 +1,10 @@
 //! Patches of the picture over which fields are interpolated.
 
-use crate::cpu::places::{Member, Places};
+use crate::cpu::places::{Member, Places, cone};
 use crate::frame::context::{Context, Lamp};
 use crate::frame::tolerance::Tolerance;
 use crate::geometry::batch::Ends;
-use crate::media::{PatchCone, Patched, Sum};
+use crate::media::{Patched, Sum};
 use glam::{DVec2, Vec2};
 
 /// No patch is split below this [px].
@@ -98,16 +98,11 @@ impl Surroundings {
         patch: &Patch,
         longest: f32,
     ) -> Self {
-        let (middle, half) = (patch.middle(), patch.half());
-        let (offset, axis) = context.viewpoint.ray(middle.as_dvec2());
-        let (rim_offset, rim) = context.viewpoint.ray((middle + half).as_dvec2());
-        let (axis, offset) = (axis.as_vec3(), offset.as_vec3());
-        let spread = rim.as_vec3().distance(axis);
-        let width = rim_offset.as_vec3().distance(offset);
-        let (fog, lumps) = fog.within(&PatchCone { offset, axis, spread, width, longest });
+        let cone = cone(context, patch.middle(), &[patch.half()], longest);
+        let (fog, lumps) = fog.within(&cone);
         // In thin fog a lump stands out by what it adds.
         let hides = lumps.hidden_squared.sqrt() > tolerance.hidden * lumps.depth.min(1.0);
-        let is_coarse = patch.size() > SMALLEST && (hides || spread > tolerance.wide);
+        let is_coarse = patch.size() > SMALLEST && (hides || cone.spread > tolerance.wide);
         Self { fog, is_coarse }
     }
 }
