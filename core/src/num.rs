@@ -183,6 +183,16 @@ impl<S: Simd> Lanes<S> {
         self.0.store_slice(&mut out[..Self::COUNT]);
     }
 
+    /// The largest lane.
+    #[inline(always)]
+    pub fn largest(self) -> f32 {
+        // Comparing plainly is one instruction, unlike f32::max, which minds what is not a number.
+        self.0
+            .as_slice()
+            .iter()
+            .fold(f32::MIN, |most, lane| if *lane > most { *lane } else { most })
+    }
+
     #[inline(always)]
     fn constant(self, value: f32) -> S::f32s {
         S::f32s::splat(self.0.token(), value)

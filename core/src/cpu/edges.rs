@@ -1,11 +1,13 @@
 //! Antialiasing of surface edges: only pixels whose neighbours see another surface, another
 //! orientation or another depth are sampled again, within their area.
 
-use super::trace::{self, Order};
+use super::tiles::by_blocks;
+use super::trace::{self, Cast, Groups, Order};
 use crate::frame::context::Context;
 use crate::frame::samples::{shifts, weighs};
 use crate::frame::viewpoint::Tile;
 use crate::geometry::batch::{Ends, Hits, Rays, SIZE, TILE, get3};
+use crate::progress::Interrupted;
 use glam::DVec2;
 
 /// The samples of a tile's edge pixels, as many side by side as a batch holds.
@@ -14,23 +16,47 @@ pub struct Samples {
     /// Places of the pixels in the tile, whose samples follow each other.
     pub places: Vec<usize>,
     rays: Vec<Rays>,
-    hits: Vec<Hits>,
+    hits: Vec<Box<Hits>>,
 }
 
 impl Samples {
-    /// Finds the edges of a tile and where their samples end; none if one sample is asked for.
-    pub fn new(context: &Context, hits: &[Hits], index: usize) -> Self {
+    /// Finds the edges of all tiles and where their samples end, tile by tile.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when the job's progress says so.
+    pub fn of_all(context: &Context, hits: &[Box<Hits>]) -> Result<Vec<Self>, Interrupted> {
         let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
-        let places = if shifts.len() > 1 { edge_places(context, hits, index) } else { vec![] };
-        if places.is_empty() {
-            return Self::default();
+        by_blocks(context, |block| Self::of_block(context, hits, &shifts, block))
+    }
+
+    fn of_block(
+        context: &Context,
+        all: &[Box<Hits>],
+        shifts: &[DVec2],
+        block: &[usize],
+    ) -> Vec<Self> {
+        let mut samples = Vec::with_capacity(block.len());
+        let mut groups = Vec::with_capacity(block.len());
+        for index in block {
+            let places = edge_places(context, all, *index);
+            let order = Order { places: &places, shifts };
+            let rays = rays(context, context.grid.tile(*index), &order);
+            groups.push(Groups::new(&order, context.job.level));
+            samples.push(Self { places, rays, hits: Vec::new() });
         }
-        let rays = rays(context, context.grid.tile(index), &places, &shifts);
-        let mut hits = trace::tile(context, index, &rays, &order(&places, &shifts));
-        for (rays, hits) in rays.iter().zip(&mut hits) {
-            hits.pad(rays.count - 1);
+        let extent = Order { places: &[], shifts }.extent();
+        let casts = block.iter().zip(&samples).zip(&groups).map(|((index, samples), groups)| {
+            Cast { tile: context.grid.tile(*index), rays: &samples.rays, groups }
+        });
+        let casts: Vec<_> = casts.filter(|cast| !cast.rays.is_empty()).collect();
+        let mut made = trace::block(context, extent, &casts).into_iter();
+        for samples in samples.iter_mut().filter(|samples| !samples.is_empty()) {
+            samples.hits = made.next().unwrap_or_default();
+            for (rays, hits) in samples.rays.iter().zip(&mut samples.hits) {
+                hits.pad(rays.count - 1);
+            }
         }
-        Self { places, rays, hits }
+        samples
     }
 
     /// Their batches.
@@ -47,12 +73,12 @@ impl Samples {
     pub fn bytes(&self) -> usize {
         size_of_val(self.places.as_slice())
             + size_of_val(self.rays.as_slice())
-            + size_of_val(self.hits.as_slice())
+            + self.hits.len() * size_of::<Hits>()
     }
 }
 
 /// Places of the tile whose pixel differs from a neighbour.
-fn edge_places(context: &Context, hits: &[Hits], index: usize) -> Vec<usize> {
+fn edge_places(context: &Context, hits: &[Box<Hits>], index: usize) -> Vec<usize> {
     let (grid, tile) = (context.grid, context.grid.tile(index));
     let mut edge = [false; SIZE];
     // Every pair once: each pixel with the next to its right and the next below, from the last column
@@ -84,11 +110,11 @@ fn is_edge(a: &Hits, i: usize, b: &Hits, j: usize) -> bool {
 }
 
 /// The samples of one pixel after the other.
-fn rays(context: &Context, tile: Tile, places: &[usize], shifts: &[DVec2]) -> Vec<Rays> {
+fn rays(context: &Context, tile: Tile, order: &Order) -> Vec<Rays> {
     let mut batches: Vec<Rays> = Vec::new();
-    for place in places {
+    for place in order.places {
         let (x, y) = tile.pixel(*place);
-        for shift in shifts {
+        for shift in order.shifts {
             if batches.last().is_none_or(|batch| batch.count == SIZE) {
                 batches.push(Rays::empty());
             }
@@ -102,18 +128,6 @@ fn rays(context: &Context, tile: Tile, places: &[usize], shifts: &[DVec2]) -> Ve
         last.pad();
     }
     batches
-}
-
-fn order(places: &[usize], shifts: &[DVec2]) -> Order {
-    let before = |row| places.partition_point(|place| *place < row * TILE);
-    Order {
-        starts: std::array::from_fn(|row| before(row) * shifts.len()),
-        is_dense: false,
-        shifts: [
-            shifts.iter().copied().fold(DVec2::ONE, DVec2::min),
-            shifts.iter().copied().fold(DVec2::ZERO, DVec2::max),
-        ],
-    }
 }
 
 /// On a screen a lamp's rim is a rim only if its radiance counts no more than white.

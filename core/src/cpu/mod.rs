@@ -12,7 +12,6 @@ mod shade;
 mod tiles;
 mod trace;
 mod traced;
-mod triangle;
 mod upsample;
 
 use crate::frame::Frame;

@@ -1,5 +1,6 @@
 //! Work on all tiles of a picture.
 
+use super::trace;
 use crate::frame::context::Context;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Row, TILE};
@@ -57,4 +58,22 @@ pub fn tiles<T: Clone + Send + Sync>(
     let tile = |index| if is_over() { blank.clone() } else { work(index) };
     let done = places.into_par_iter().with_max_len(AT_ONCE).map(tile).collect();
     context.job.progress.check().map(|()| done)
+}
+
+/// The same of blocks of neighbouring tiles at once: `work` is given a block's tiles in order.
+pub fn by_blocks<T: Default + Send>(
+    context: &Context,
+    work: impl Fn(&[usize]) -> Vec<T> + Sync + Send,
+) -> Result<Vec<T>, Interrupted> {
+    let blocks = context.grid.blocks(trace::ACROSS);
+    let block =
+        |block: &Vec<usize>| if context.job.progress.is_over() { vec![] } else { work(block) };
+    let made: Vec<_> = blocks.par_iter().with_max_len(1).map(block).collect();
+    context.job.progress.check()?;
+    let mut by_tile = Vec::new();
+    by_tile.resize_with(context.grid.count(), T::default);
+    for (index, made) in blocks.into_iter().flatten().zip(made.into_iter().flatten()) {
+        by_tile[index] = made;
+    }
+    Ok(by_tile)
 }

@@ -1,18 +1,19 @@
 //! All rays of a frame and where they end: the pixels' centres tile by tile, and the samples of edges.
 
 use super::edges::Samples;
-use super::tiles::tiles;
-use super::trace::{self, Order};
+
+use super::tiles::by_blocks;
+use super::trace::{self, Cast, Groups, Order};
 use crate::frame::context::Context;
 use crate::frame::samples::CENTER;
-use crate::geometry::batch::{Ends, Hits, Rays, TILE};
+use crate::geometry::batch::{Ends, Hits, Rays, SIZE};
 use crate::progress::Interrupted;
 
 /// Where the rays of a frame end.
 #[derive(Debug)]
 pub struct Traced {
     /// The pixels' centres, tile by tile.
-    pub tiles: Vec<Hits>,
+    pub tiles: Vec<Box<Hits>>,
     /// The samples of edge pixels, tile by tile; none if pixels have one sample.
     pub samples: Vec<Samples>,
 }
@@ -25,11 +26,7 @@ impl Traced {
     pub fn new(context: &Context) -> Result<Self, Interrupted> {
         let hits = first_hits(context)?;
         let samples = match context.view.samples {
-            Some(count) if count > 1 => {
-                let none = Samples::default();
-                let of_tile = |index| Samples::new(context, &hits, index);
-                tiles(context, 0..context.grid.count(), &none, of_tile)?
-            }
+            Some(count) if count > 1 => Samples::of_all(context, &hits)?,
             _ => Vec::new(),
         };
         Ok(Self { tiles: hits, samples })
@@ -38,7 +35,7 @@ impl Traced {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let samples = self.samples.iter().map(Samples::bytes).sum::<usize>();
-        size_of_val(self.tiles.as_slice()) + samples
+        self.tiles.len() * size_of::<Hits>() + samples
     }
 
     /// The batches of a tile: its pixels, whose rays are given, and its samples.
@@ -53,12 +50,16 @@ impl Traced {
     }
 }
 
-fn first_hits(context: &Context) -> Result<Vec<Hits>, Interrupted> {
-    let starts = std::array::from_fn(|row| row * TILE);
-    let order = Order { starts, is_dense: true, shifts: [CENTER; 2] };
-    let nothing = Hits::nothing(context.far_m);
-    tiles(context, 0..context.grid.count(), &nothing, |index| {
-        let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        trace::tile(context, index, &[rays], &order).pop().unwrap_or_else(|| nothing.clone())
+fn first_hits(context: &Context) -> Result<Vec<Box<Hits>>, Interrupted> {
+    let places: [usize; SIZE] = std::array::from_fn(|place| place);
+    let order = Order { places: &places, shifts: &[CENTER] };
+    let groups = Groups::new(&order, context.job.level);
+    by_blocks(context, |block| {
+        let tiles = block.iter().map(|index| context.grid.tile(*index));
+        let rays: Vec<_> =
+            tiles.clone().map(|tile| [context.viewpoint.tile(tile, CENTER)]).collect();
+        let casts = tiles.zip(&rays).map(|(tile, rays)| Cast { tile, rays, groups: &groups });
+        let hits = trace::block(context, order.extent(), &casts.collect::<Vec<_>>());
+        hits.into_iter().flatten().collect()
     })
 }

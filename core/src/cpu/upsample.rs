@@ -56,7 +56,7 @@ impl Low {
         context: &Context,
         asked: &[usize],
         shaded: &[usize],
-        hits: &[Hits],
+        hits: &[Box<Hits>],
     ) -> Result<Self, Interrupted> {
         let full = context.grid;
         let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
@@ -228,7 +228,7 @@ impl Around {
 }
 
 /// The pixels of the picture that a tile of the low resolution computes.
-fn gather(context: &Context, hits: &[Hits], grid: Grid, index: usize) -> (Rays, Hits) {
+fn gather(context: &Context, hits: &[Box<Hits>], grid: Grid, index: usize) -> (Rays, Hits) {
     let tile = grid.tile(index);
     let mut rays = Rays::empty();
     let mut low = Hits::nothing(context.far_m);

@@ -92,6 +92,12 @@ impl Rays {
     }
 }
 
+impl Default for Hits {
+    fn default() -> Self {
+        Self::nothing(0.0)
+    }
+}
+
 impl Hits {
     /// Nothing hit up to `far_m`.
     pub fn nothing(far_m: f32) -> Self {

@@ -1,0 +1,174 @@
+//! How rays meet each kind of solid.
+
+use super::Tracer;
+use super::best::{Best, Sample};
+use super::target::Target;
+use super::triangle::Edges;
+use crate::geometry::batch::{Rays, SIZE, load3};
+use crate::num::{Lanes, Num};
+use crate::shapes::{Plane, Solid, Triangle};
+use crate::vector::V3;
+use fearless_simd::Simd;
+use glam::{DVec3, Vec3};
+
+impl Tracer<'_> {
+    /// Rays of all targets meet a solid.
+    #[inline(always)]
+    pub fn meet<S: Simd>(&self, simd: S, place: usize, targets: &mut [Target<'_>]) {
+        let id = place as u32;
+        match self.geometry.solids[place] {
+            Solid::Triangle(at) => {
+                self.meet_triangle(simd, &self.geometry.triangles[at as usize], id, targets);
+            }
+            Solid::Sphere { center, radius, .. } => {
+                let to = self.anchor + center.as_dvec3();
+                let power = to.length_squared() - f64::from(radius).powi(2);
+                for target in targets {
+                    if target.sides.exclude(to.as_vec3(), Vec3::splat(radius)) {
+                        continue;
+                    }
+                    for Sample { rays, best } in &mut target.samples {
+                        self.meet_sphere(simd, (to, power, f64::from(radius)), id, rays, best);
+                    }
+                    target.reach_anew(simd);
+                }
+            }
+            Solid::Box { min, max, .. } => {
+                let [min, max] = [min, max].map(|corner| self.anchor + corner.as_dvec3());
+                let (middle, half) = ((0.5 * (min + max)).as_vec3(), (0.5 * (max - min)).as_vec3());
+                for target in targets {
+                    if target.sides.exclude(middle, half) {
+                        continue;
+                    }
+                    for Sample { rays, best } in &mut target.samples {
+                        self.meet_box(simd, [min, max], id, rays, best);
+                    }
+                    target.reach_anew(simd);
+                }
+            }
+        }
+    }
+
+    /// Rays meet a plane.
+    #[inline(always)]
+    pub fn meet_plane<S: Simd>(
+        &self,
+        simd: S,
+        plane: &Plane,
+        id: u32,
+        rays: &Rays,
+        best: &mut Best,
+    ) {
+        let one = Lanes::splat(simd, 1.0);
+        let normal = V3::lit(one, plane.normal);
+        let height = one.lit(plane.normal.dot(self.anchor + plane.point));
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let distance = (height - normal.dot(offset)) / normal.dot(direction);
+            best.keep(simd, at, one.lit(0.0).lt(distance), distance, (one, one), id);
+        }
+    }
+
+    #[inline(always)]
+    fn meet_sphere<S: Simd>(
+        &self,
+        simd: S,
+        (to, power, radius): (DVec3, f64, f64),
+        id: u32,
+        rays: &Rays,
+        best: &mut Best,
+    ) {
+        let one = Lanes::splat(simd, 1.0);
+        let zero = one.lit(0.0);
+        let center = V3::lit(one, to);
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let to = center - offset;
+            // The power of the origin, |to|² − r²: formed in f64 where it would cancel most.
+            let power = one.lit(power) + offset.dot(offset - center - center);
+            let along = to.dot(direction);
+            let half2 = one.lit(radius * radius) - to.cross(direction).length_squared();
+            let half = half2.max(zero).sqrt();
+            let outside = zero.lt(power);
+            let distance = Lanes::select(outside, power / (along + half), along + half);
+            let distance = Lanes::select(half2.lt(zero), -one, distance);
+            best.keep(simd, at, zero.lt(distance), distance, (one, one), id);
+        }
+    }
+
+    #[inline(always)]
+    fn meet_box<S: Simd>(
+        &self,
+        simd: S,
+        [min, max]: [DVec3; 2],
+        id: u32,
+        rays: &Rays,
+        best: &mut Best,
+    ) {
+        let one = Lanes::splat(simd, 1.0);
+        let (min, max) = (V3::lit(one, min), V3::lit(one, max));
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+            let direction = load3(simd, &rays.direction, at);
+            let offset = load3(simd, &rays.offset, at);
+            let inverse = V3::new(
+                one / guarded(direction.x),
+                one / guarded(direction.y),
+                one / guarded(direction.z),
+            );
+            let (a, b) = ((min - offset) * inverse, (max - offset) * inverse);
+            let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
+            let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
+            let zero = one.lit(0.0);
+            let distance = Lanes::select(zero.lt(near), near, far);
+            let distance = Lanes::select(far.lt(near), -one, distance);
+            best.keep(simd, at, zero.lt(distance), distance, (one, one), id);
+        }
+    }
+
+    /// Edge functions: volumes of the ray's direction (under parallel projection its offset) with
+    /// the corners, equal and opposite for the two triangles of an edge, so that none leaves a gap.
+    #[inline(always)]
+    fn meet_triangle<S: Simd>(
+        &self,
+        simd: S,
+        triangle: &Triangle,
+        id: u32,
+        targets: &mut [Target<'_>],
+    ) {
+        let shift = self.anchor.as_vec3();
+        let [a, b, c] = triangle.corners.map(|corner| corner + shift);
+        let Some(area) = self.screen.covered([a, b, c]) else { return };
+        let edges = Edges::new([a, b, c], self.viewpoint);
+        let Edges([u, v, w, numerator]) = &edges;
+        let met = [u.lanes(simd), v.lanes(simd), w.lanes(simd)];
+        let numerator = numerator.lanes(simd);
+        let parallel = self.viewpoint.parallel;
+        for side in edges.seen_from(parallel) {
+            let [u, v, w] = &side;
+            let slopes = [self.screen.slope(u), self.screen.slope(v), self.screen.slope(w)];
+            for target in &mut *targets {
+                let Some((rows, slopes)) = target.part(&area, &slopes) else { continue };
+                let Target { groups, samples, reach, secant, .. } = &mut *target;
+                let reach = (area.near * *secant, reach.as_mut_slice());
+                groups.within(simd, rows, slopes, reach, |group, reach| {
+                    let place = group * Lanes::<S>::COUNT;
+                    let (Sample { rays, best }, at) = (&mut samples[place / SIZE], place % SIZE);
+                    let variable = if parallel { &rays.offset } else { &rays.direction };
+                    if best.meet(simd, at, &met, &numerator, load3(simd, variable, at), id) {
+                        *reach = best.farthest(simd, at);
+                    }
+                });
+                target.look(simd);
+            }
+        }
+    }
+}
+
+/// A ray within a side of a box divides 0 by this instead of by 0.
+#[inline(always)]
+fn guarded<S: Simd>(d: Lanes<S>) -> Lanes<S> {
+    let least = d.lit(1e-30);
+    Lanes::select(d.abs().lt(least), least, d)
+}
