@@ -233,16 +233,13 @@ impl<'a> Prober<'a> {
             self.progress.check()?;
             let source = light.source();
             let toward = source.toward(point.into(), least_distance(hit.distance));
-            let reflection = attenuated::reflection(
-                hit.normal.into(),
-                direction.into(),
-                &toward,
-                material.shininess,
-            );
+            let (normal, shininess) = (hit.normal.into(), material.shininess);
+            let diffuse = attenuated::diffuse(normal, &toward);
+            let specular = attenuated::specular(normal, direction.into(), &toward, shininess);
             let depths = self.each_band(|field| field.depth_between(source.apex(), point));
             let through = channels(spectrum(&transmittances(&depths)));
-            let reflected = material.diffuse.vector() * reflection.diffuse
-                + material.specular.vector() * reflection.specular;
+            let reflected =
+                material.diffuse.vector() * diffuse + material.specular.vector() * specular;
             radiance += through * light.strength() * reflected;
         }
         Ok(radiance)

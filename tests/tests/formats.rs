@@ -225,3 +225,31 @@ fn exact_levels_stay() {
         assert!(shown.iter().all(|v| *v == level), "AgX of {light}");
     }
 }
+
+/// JPEG of any height shows in every line what PNG does: strips that are coded apart follow one another, also when
+/// their restart markers have counted round. A ramp is coded to a few levels at quality 90 and 80; a strip
+/// that is lost or begun wrongly is off by tens.
+#[test]
+fn strips_of_a_jpeg_join_without_a_seam() {
+    let ramp = |x: usize, y: usize| [x as f32 / 71.0, ((y * 3) % 400) as f32 / 400.0, 0.5];
+    for (width, height) in [(1, 1), (17, 32), (70, 33), (71, 700)] {
+        let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| ramp(x, y))).collect();
+        let frame = frame(Layer::Beauty, width, pixels);
+        let expected = levels(&frame);
+        for quality in [Quality::Full, Quality::Draft] {
+            let view = View { quality, ..view_of(&frame) };
+            let file = encode(&frame, &view, Format::Jpeg).unwrap();
+            let picture = decode::screen(&file, image::ImageFormat::Jpeg);
+            assert_eq!((picture.width, picture.height), (width, height));
+            let line = |y: usize| {
+                let range = y * width * 3..(y + 1) * width * 3;
+                let pairs = picture.numbers[range.clone()].iter().zip(&expected[range]);
+                pairs.map(|(a, b)| (a - b).abs()).sum::<f64>() / (3 * width) as f64
+            };
+            // But where the ramp falls back from white to black.
+            let lines = (0..height).filter(|y| (y * 3) % 400 >= 24 && (y * 3) % 400 < 376);
+            let worst = lines.map(line).fold(0.0, f64::max);
+            assert!(worst < 4.0, "{width}x{height} {quality:?}: {worst}");
+        }
+    }
+}

@@ -7,17 +7,16 @@ use crate::geometry::bundle::Bundle;
 use crate::light::least_distance;
 use crate::media::{Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
-use crate::surface::attenuated::reflection;
+use crate::surface::attenuated::{diffuse, specular};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 
 /// Optical depth from one light to every hit; of what is smooth alone if the job is over.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
-    let point = |at: usize| get3(&rays.offset, at) + get3(&rays.direction, at) * hits.length[at];
-    let ways = Ways::new(lamp, rays.count, point);
-    let mut depth = [0.0; SIZE];
     let Context { job, field, .. } = context;
+    let ways = dispatch!(job.level, simd => Ways::to_hits(simd, lamp, rays, hits));
+    let mut depth = [0.0; SIZE];
     let is_unlit = hits.surface.iter().all(|s| *s == NOTHING);
     let haze = field.smooth(lamp.source.apex());
     haze.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
@@ -63,6 +62,28 @@ impl Ways {
             *length = way.length().max(f32::MIN_POSITIVE);
             let direction = way * (1.0 / *length);
             (0..3).for_each(|k| rays.direction[k][at] = direction[k]);
+        }
+        Self { rays, length }
+    }
+
+    /// To where rays end.
+    #[inline(always)]
+    fn to_hits<S: Simd>(simd: S, lamp: &Lamp, from: &Rays, hits: &Hits) -> Self {
+        let apex = V3::splat(simd, lamp.from_camera.apex().as_vec3().to_array());
+        let (mut rays, mut length) = (Rays::empty(), [0.0; SIZE]);
+        rays.count = from.count;
+        for at in (0..from.count).step_by(Lanes::<S>::COUNT) {
+            let along =
+                load3(simd, &from.direction, at).scale(Lanes::load(simd, &hits.length[at..]));
+            let way = load3(simd, &from.offset, at) + along - apex;
+            let square = way.x * way.x + way.y * way.y + way.z * way.z;
+            let distance = square.sqrt().max(square.lit(f64::from(f32::MIN_POSITIVE)));
+            distance.store(&mut length[at..]);
+            let direction = way.scale(square.lit(1.0) / distance);
+            let [x, y, z] = &mut rays.direction;
+            direction.x.store(&mut x[at..]);
+            direction.y.store(&mut y[at..]);
+            direction.z.store(&mut z[at..]);
         }
         Self { rays, length }
     }
@@ -120,10 +141,12 @@ fn radiance_in_lanes<S: Simd>(
         let mut sum = material.emission;
         for (lamp, depth) in context.lamps.iter().zip(depths) {
             let light = lamp.from_camera.toward(point, least_distance(length));
-            let reflected = reflection(normal, direction, &light, material.shininess);
             let through = (-Lanes::load(simd, &depth[at..])).exp();
-            let factor = material.diffuse.scale(reflected.diffuse)
-                + material.specular.scale(reflected.specular);
+            let mut factor = material.diffuse.scale(diffuse(normal, &light));
+            if material.is_glossy {
+                let share = specular(normal, direction, &light, material.shininess);
+                factor = factor + material.specular.scale(share);
+            }
             sum = sum + factor * V3::lit(one, lamp.strength).scale(through);
         }
         sum.x.store(&mut radiance[0][at..]);
@@ -139,24 +162,41 @@ struct MaterialLanes<S: Simd> {
     specular: V3<Lanes<S>>,
     shininess: Lanes<S>,
     emission: V3<Lanes<S>>,
+    /// Whether any of them has a lobe.
+    is_glossy: bool,
 }
 
 impl<S: Simd> MaterialLanes<S> {
     #[inline(always)]
     fn gather(simd: S, context: &Context, surfaces: &[u32]) -> Self {
+        let material =
+            |surface: u32| context.materials.get(surface as usize).unwrap_or(&context.background);
+        let (first, one) = (surfaces[0], Lanes::splat(simd, 1.0));
+        if surfaces.iter().all(|surface| *surface == first) {
+            let [a, b, c, d, e, f, g, h, i, j] = *material(first);
+            return Self {
+                diffuse: V3::splat(simd, [a, b, c]),
+                specular: V3::splat(simd, [d, e, f]),
+                emission: V3::splat(simd, [g, h, i]),
+                shininess: Lanes::splat(simd, j),
+                is_glossy: [d, e, f] != [0.0; 3],
+            };
+        }
         let mut rows = [[0.0f32; 16]; 10];
         for (lane, surface) in surfaces.iter().enumerate() {
-            let material = context.materials.get(*surface as usize).unwrap_or(&context.background);
-            for (row, value) in rows.iter_mut().zip(material) {
+            for (row, value) in rows.iter_mut().zip(material(*surface)) {
                 row[lane] = *value;
             }
         }
         let [a, b, c, d, e, f, g, h, i, j] = &rows;
+        let specular = load_rows(simd, [d, e, f]);
+        let most = specular.x.max(specular.y).max(specular.z);
         Self {
             diffuse: load_rows(simd, [a, b, c]),
-            specular: load_rows(simd, [d, e, f]),
+            specular,
             emission: load_rows(simd, [g, h, i]),
             shininess: Lanes::load(simd, j),
+            is_glossy: Lanes::<S>::any((one - one).lt(most)),
         }
     }
 }

@@ -5,6 +5,7 @@ pub(crate) mod display;
 mod dither;
 mod exr;
 pub mod flip;
+mod jpeg;
 mod npy;
 mod screen;
 
@@ -145,7 +146,7 @@ fn write<'a>(
         Format::Exr => exr::exr(image, &caption()),
         Format::Npy => npy::npy(image),
         Format::Png => screen::png(&rgb(), image),
-        Format::Jpeg => screen::jpeg(&rgb(), image, is_draft),
+        Format::Jpeg => jpeg::jpeg(&rgb(), image, is_draft),
         Format::WebP => screen::webp(&rgb(), image),
     };
     bytes.map_err(|error| EncodeError { format, reason: error.to_string() })

@@ -1,11 +1,8 @@
-//! 8-bit files, and the 16-bit PNG of optical depths.
+//! Lossless 8-bit files, and the 16-bit PNG of optical depths.
 
 use super::{Failure, Raster};
 use image::ExtendedColorType;
 use image::codecs::webp::WebPEncoder;
-
-/// Of a picture at rest, and of one in motion, which is gone before anybody sees the difference.
-const JPEG_QUALITY: [u8; 2] = [90, 80];
 
 /// RGB, compressed for speed, and marked as sRGB: by the chunk of that name, and for readers that
 /// don't know it by the gamma and primaries that stand for it (PNG, third edition, 11.3.2.5).
@@ -49,19 +46,6 @@ fn write_png(
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
     writer.finish()?;
-    Ok(file)
-}
-
-/// RGB; a draft is coded more coarsely.
-pub fn jpeg(rgb: &[u8], image: &Raster, is_draft: bool) -> Result<Vec<u8>, Failure> {
-    let mut file = Vec::new();
-    let (width, height) = (u16::try_from(image.width)?, u16::try_from(image.height)?);
-    jpeg_encoder::Encoder::new(&mut file, JPEG_QUALITY[usize::from(is_draft)]).encode(
-        rgb,
-        width,
-        height,
-        jpeg_encoder::ColorType::Rgb,
-    )?;
     Ok(file)
 }
 

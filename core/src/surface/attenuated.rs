@@ -8,35 +8,25 @@ use crate::light::Toward;
 use crate::num::Num;
 use crate::vector::V3;
 
-/// What a light contributes per unit of e^(−T) and of its strength [1/m²].
-#[derive(Clone, Copy, Debug)]
-pub struct Reflection<N> {
-    /// Factor of the albedo ρ.
-    pub diffuse: N,
-    /// Factor of k_s.
-    pub specular: N,
+/// What a light contributes at a point with the unit `normal` on the eye's side, as a factor of the
+/// albedo ρ, per unit of e^(−T) and of its strength [1/m²].
+#[inline(always)]
+pub fn diffuse<N: Num>(normal: V3<N>, light: &Toward<N>) -> N {
+    let cosine = normal.dot(light.direction);
+    let zero = cosine.lit(0.0);
+    let share = zero.lit(std::f64::consts::FRAC_1_PI);
+    light.falloff(N::select(zero.lt(cosine), cosine * share, zero))
 }
 
-/// Reflection at a point with the unit `normal` on the eye's side, seen along the unit
-/// `direction`, of a light.
+/// The same as a factor of k_s, seen along the unit `direction`.
 #[inline(always)]
-pub fn reflection<N: Num>(
-    normal: V3<N>,
-    direction: V3<N>,
-    light: &Toward<N>,
-    shininess: N,
-) -> Reflection<N> {
+pub fn specular<N: Num>(normal: V3<N>, direction: V3<N>, light: &Toward<N>, shininess: N) -> N {
     let zero = shininess.lit(0.0);
-    let cosine = normal.dot(light.direction);
-    let lit = zero.lt(cosine);
+    let lit = zero.lt(normal.dot(light.direction));
     let twice = normal.dot(direction) * zero.lit(2.0);
     let mirrored = direction - normal.scale(twice);
     let lobe = mirrored.dot(light.direction);
     let sharp = (shininess * lobe.max(zero.lit(1e-30)).ln()).exp();
     let facing = N::select(zero.lt(lobe), sharp, zero);
-    let share = zero.lit(std::f64::consts::FRAC_1_PI);
-    Reflection {
-        diffuse: light.falloff(N::select(lit, cosine * share, zero)),
-        specular: light.falloff(N::select(lit, facing, zero)),
-    }
+    light.falloff(N::select(lit, facing, zero))
 }
