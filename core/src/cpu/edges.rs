@@ -72,7 +72,7 @@ impl Samples {
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
         size_of_val(self.places.as_slice())
-            + size_of_val(self.rays.as_slice())
+            + self.rays.iter().map(Rays::bytes).sum::<usize>()
             + self.hits.len() * size_of::<Hits>()
     }
 }

@@ -75,7 +75,7 @@ impl Ways {
         for at in (0..from.count).step_by(Lanes::<S>::COUNT) {
             let along =
                 load3(simd, &from.direction, at).scale(Lanes::load(simd, &hits.length[at..]));
-            let way = load3(simd, &from.offset, at) + along - apex;
+            let way = load3(simd, &*from.offset, at) + along - apex;
             let square = way.x * way.x + way.y * way.y + way.z * way.z;
             let distance = square.sqrt().max(square.lit(f64::from(f32::MIN_POSITIVE)));
             distance.store(&mut length[at..]);
@@ -136,7 +136,7 @@ fn radiance_in_lanes<S: Simd>(
         let material = MaterialLanes::gather(simd, context, surfaces);
         let direction = load3(simd, &rays.direction, at);
         let length = Lanes::load(simd, &hits.length[at..]);
-        let point = load3(simd, &rays.offset, at) + direction.scale(length);
+        let point = load3(simd, &*rays.offset, at) + direction.scale(length);
         let normal = load3(simd, &hits.normal, at);
         let mut sum = material.emission;
         for (lamp, depth) in context.lamps.iter().zip(depths) {

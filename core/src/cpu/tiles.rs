@@ -20,7 +20,7 @@ impl Strip {
     /// Lines of tiles that no strip cuts: a draft's fog is interpolated across as many.
     const LINES: usize = 4;
     /// Bytes of rows that stand at a time, but for those of edges.
-    const BYTES: usize = 512 << 20;
+    const BYTES: usize = 128 << 20;
 
     /// The strips of a picture of which each tile has so many rows of numbers: all of it, if they fit.
     pub fn all(grid: Grid, rows: usize) -> Vec<Self> {

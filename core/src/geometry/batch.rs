@@ -23,8 +23,34 @@ pub struct Rays {
     pub count: usize,
     /// Unit directions.
     pub direction: Rows,
-    /// Where each starts, relative to the viewpoint [m]; zero under perspective.
-    pub offset: Rows,
+    /// Where each starts, relative to the viewpoint [m].
+    pub offset: Offsets,
+}
+
+/// Where rays start: rows of numbers, which take no memory while all are zero, as under perspective.
+#[derive(Clone, Debug, Default)]
+pub struct Offsets(Option<Box<Rows>>);
+
+impl Offsets {
+    /// Sets where one ray starts.
+    #[inline(always)]
+    fn set(&mut self, at: usize, offset: Vec3) {
+        if self.0.is_none() && offset == Vec3::ZERO {
+            return;
+        }
+        let rows = self.0.get_or_insert_with(|| Box::new([[0.0; SIZE]; 3]));
+        (0..3).for_each(|k| rows[k][at] = offset[k]);
+    }
+}
+
+impl std::ops::Deref for Offsets {
+    type Target = Rows;
+
+    #[inline(always)]
+    fn deref(&self) -> &Rows {
+        static ZERO: Rows = [[0.0; SIZE]; 3];
+        self.0.as_deref().unwrap_or(&ZERO)
+    }
 }
 
 /// Where rays end.
@@ -53,15 +79,15 @@ pub struct Fogged {
 impl Rays {
     /// No rays yet.
     pub fn empty() -> Self {
-        Self { count: 0, direction: [[0.0; SIZE]; 3], offset: [[0.0; SIZE]; 3] }
+        Self { count: 0, direction: [[0.0; SIZE]; 3], offset: Offsets::default() }
     }
 
     /// Appends a ray of another batch.
     pub fn push(&mut self, from: &Self, at: usize) {
         for k in 0..3 {
             self.direction[k][self.count] = from.direction[k][at];
-            self.offset[k][self.count] = from.offset[k][at];
         }
+        self.offset.set(self.count, get3(&from.offset, at));
         self.count += 1;
     }
 
@@ -74,16 +100,28 @@ impl Rays {
     /// Sets the ray at a place.
     #[inline(always)]
     pub fn set_ray(&mut self, at: usize, (offset, direction): (DVec3, DVec3)) {
+        self.set_direction(at, direction);
+        self.offset.set(at, offset.as_vec3());
+    }
+
+    /// Sets the unit direction of the ray at a place.
+    #[inline(always)]
+    pub fn set_direction(&mut self, at: usize, direction: DVec3) {
         for k in 0..3 {
             self.direction[k][at] = direction[k] as f32;
-            self.offset[k][at] = offset[k] as f32;
         }
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.offset.0.as_ref().map_or(0, |rows| size_of_val(&**rows))
     }
 
     /// Repeats the last ray to the end, so that whole registers may be read.
     pub fn pad(&mut self) {
         let Some(last) = self.count.checked_sub(1) else { return };
-        for rows in [&mut self.direction, &mut self.offset] {
+        for rows in [Some(&mut self.direction), self.offset.0.as_deref_mut()].into_iter().flatten()
+        {
             for row in rows {
                 let value = row[last];
                 row[self.count..].fill(value);

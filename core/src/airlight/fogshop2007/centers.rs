@@ -76,11 +76,7 @@ fn group_depths(job: &Job, field: &Field, paths: &[(DVec3, DVec3, f64)]) -> Vec<
     let mut batch = Rays::empty();
     let mut length = [0.0; SIZE];
     for (at, (from, direction, distance)) in paths.iter().enumerate() {
-        let offset = *from - bundle.origin;
-        for k in 0..3 {
-            batch.direction[k][at] = direction[k] as f32;
-            batch.offset[k][at] = offset[k] as f32;
-        }
+        batch.set_ray(at, (*from - bundle.origin, *direction));
         length[at] = *distance as f32;
     }
     batch.count = paths.len();
