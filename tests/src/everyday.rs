@@ -78,6 +78,8 @@ pub struct Exact {
     width: u32,
     height: u32,
     luminance: Vec<f64>,
+    /// Where the rays end [m].
+    lengths: Vec<f64>,
 }
 
 impl Exact {
@@ -85,9 +87,12 @@ impl Exact {
     pub fn new(json: &Value, height: u32) -> Self {
         let (scene, width) = (scene(json), height * 4 / 3);
         let rays = pixel_rays(&scene, width, height);
-        let luminance =
-            probe(&scene, &rays).iter().map(|answer| luminance(answer.airlight.0)).collect();
-        Self { json: json.clone(), scene, width, height, luminance }
+        let answers = probe(&scene, &rays);
+        let luminance = answers.iter().map(|answer| luminance(answer.airlight.0)).collect();
+        let length =
+            |answer: &RayAnswer| answer.hit.as_ref().map_or(scene.far_m, |hit| hit.distance_m);
+        let lengths = answers.iter().map(length).collect();
+        Self { json: json.clone(), scene, width, height, luminance, lengths }
     }
 
     /// What the probes themselves are off by at some pixels, against the integral.
@@ -113,6 +118,38 @@ impl Exact {
 
     /// What a picture for some use is off by.
     pub fn measure(&self, wanted: Use) -> Seen {
+        let errors = self.signed_errors(wanted);
+        Seen {
+            step: self.step(&errors),
+            errors: quantiles(errors.iter().map(|e| e.abs()).collect()),
+        }
+    }
+
+    /// Pixels beside which a neighbour sees twice as far, or half, and those next to them.
+    pub fn at_silhouettes(&self) -> Vec<usize> {
+        let width = self.width as usize;
+        let jumps = |a: usize, b: usize| {
+            let (a, b) = (self.lengths[a], self.lengths[b]);
+            a.max(b) > 2.0 * a.min(b)
+        };
+        let is_edge = |at: usize| {
+            let (x, last) = (at % width, self.lengths.len());
+            x > 0 && jumps(at, at - 1)
+                || x + 1 < width && jumps(at, at + 1)
+                || at >= width && jumps(at, at - width)
+                || at + width < last && jumps(at, at + width)
+        };
+        let near = |at: &usize| {
+            let (x, y) = (at % width, at / width);
+            let lines = y.saturating_sub(1)..=(y + 1).min(self.height as usize - 1);
+            let columns = || x.saturating_sub(1)..=(x + 1).min(width - 1);
+            lines.flat_map(|y| columns().map(move |x| y * width + x)).any(is_edge)
+        };
+        (0..self.lengths.len()).filter(near).collect()
+    }
+
+    /// By how much each pixel of a picture for some use is too bright.
+    pub fn signed_errors(&self, wanted: Use) -> Vec<f64> {
         let quality = if wanted == Use::Draft { Quality::Draft } else { Quality::Full };
         let view = view(self.width, self.height, Layer::Airlight, quality);
         let frame = render(&self.scene, &View { for_screen: wanted != Use::Numbers, ..view });
@@ -121,11 +158,7 @@ impl Exact {
             let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
             (luminance(a) - b) / b.max(dark)
         };
-        let errors: Vec<_> = self.luminance.iter().enumerate().map(error).collect();
-        Seen {
-            step: self.step(&errors),
-            errors: quantiles(errors.iter().map(|e| e.abs()).collect()),
-        }
+        self.luminance.iter().enumerate().map(error).collect()
     }
 
     fn step(&self, errors: &[f64]) -> f64 {

@@ -2,6 +2,7 @@
 
 use fogbank_tests::everyday::{Exact, SCENES, Seen, everyday};
 use fogbank_tests::trials::Use;
+use serde_json::json;
 
 /// Pictures are small, so that every pixel of all scenes can be compared.
 const HEIGHT: u32 = 60;
@@ -29,5 +30,43 @@ fn probes_under_an_open_sky_are_right() {
         // The rules that a probe compares differ by 1e-4 at most.
         let what = format!("scene {number}: median {median}, p95 {p95}, most {most}");
         assert!(median <= 1e-4 && most <= 2e-3, "{what}");
+    }
+}
+
+/// A ball close to the eye before bright fog, a post before a far wall: a pixel on either side of a silhouette has the
+/// airlight of its own ray, not a mean with its neighbour's, which may be twenty times as bright.
+#[test]
+fn silhouettes_have_no_halo() {
+    let json = json!({
+        "camera": { "position": [0, 1.2, 6], "target": [0, 1.2, 0] },
+        "surfaces": [
+            { "shape": { "kind": "plane" } },
+            { "shape": { "kind": "sphere", "center": [-0.6, 1.3, 3.5], "radius": 0.6 } },
+            { "shape": { "kind": "box", "min": [0.5, 0, 3.9], "max": [0.6, 3, 4] } },
+            { "shape": { "kind": "box", "min": [-30, 0, -40], "max": [30, 30, -39] } },
+        ],
+        "lights": [
+            { "kind": "point", "position": [-1.5, 2, -2], "intensity": [20, 20, 20] },
+            { "kind": "point", "position": [0.9, 1.5, -1], "intensity": [9, 9, 9] },
+        ],
+        "fog": { "terms": [
+            { "kind": "homogeneous", "extinction": 0.02 },
+            { "kind": "gaussians", "blobs": [
+                { "center": [-0.5, 1.5, -2], "radius": 1.5, "extinction": 0.3 },
+                { "center": [1.5, 1, -6], "radius": 2.5, "extinction": 0.2 },
+            ] },
+        ] },
+        "far_m": 500,
+    });
+    let exact = Exact::new(&json, 150);
+    let places = exact.at_silhouettes();
+    assert!(places.len() > 500, "{} pixels", places.len());
+    // As everywhere: a full picture within 3 %, a draft within 5 % but for a few.
+    for (wanted, most, mean) in [(Use::Screen, 0.03, 0.002), (Use::Draft, 0.06, 0.01)] {
+        let errors = exact.signed_errors(wanted);
+        let at: Vec<_> = places.iter().map(|at| errors[*at]).collect();
+        let worst = at.iter().fold(0.0f64, |most, error| most.max(error.abs()));
+        let halo = at.iter().sum::<f64>() / at.len() as f64;
+        assert!(worst <= most && halo.abs() <= mean, "{wanted:?}: worst {worst}, mean {halo}");
     }
 }

@@ -136,7 +136,7 @@ fn add_sun<S: Simd>(
     let one = Lanes::splat(simd, 1.0);
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
-        let light = lamp.from_camera.beside(load3(simd, &*rays.offset, at), direction);
+        let light = lamp.from_camera.beside(load3(simd, &rays.offset, at), direction);
         let length = Lanes::load(simd, &hits.length[at..]);
         let value = sun2005::airlight(one.lit(beta), light, length);
         value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);

@@ -60,7 +60,8 @@ pub fn render(
 
     let mut fills = false;
     for context in &mut contexts {
-        fills |= fill_tables(context, cache)?;
+        let lines = context.interpolates();
+        fills |= fill_tables(context, cache, lines)?;
     }
     clock.lap("light_depth", fills)?;
 

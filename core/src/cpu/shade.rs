@@ -37,8 +37,7 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
 fn add_tabled<S: Simd>(simd: S, table: &LightTable, ways: &Ways, depth: &mut Row) {
     for at in (0..ways.rays.count).step_by(Lanes::<S>::COUNT) {
         let length = Lanes::load(simd, &ways.length[at..]);
-        let mean =
-            table.means::<S, false>(simd, load3(simd, &ways.rays.direction, at).scale(length));
+        let mean = table.means(simd, load3(simd, &ways.rays.direction, at).scale(length));
         mean.mul_add(length, Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
     }
 }
@@ -75,7 +74,7 @@ impl Ways {
         for at in (0..from.count).step_by(Lanes::<S>::COUNT) {
             let along =
                 load3(simd, &from.direction, at).scale(Lanes::load(simd, &hits.length[at..]));
-            let way = load3(simd, &*from.offset, at) + along - apex;
+            let way = load3(simd, &from.offset, at) + along - apex;
             let square = way.x * way.x + way.y * way.y + way.z * way.z;
             let distance = square.sqrt().max(square.lit(f64::from(f32::MIN_POSITIVE)));
             distance.store(&mut length[at..]);
@@ -136,7 +135,7 @@ fn radiance_in_lanes<S: Simd>(
         let material = MaterialLanes::gather(simd, context, surfaces);
         let direction = load3(simd, &rays.direction, at);
         let length = Lanes::load(simd, &hits.length[at..]);
-        let point = load3(simd, &*rays.offset, at) + direction.scale(length);
+        let point = load3(simd, &rays.offset, at) + direction.scale(length);
         let normal = load3(simd, &hits.normal, at);
         let mut sum = material.emission;
         for (lamp, depth) in context.lamps.iter().zip(depths) {
@@ -171,7 +170,7 @@ impl<S: Simd> MaterialLanes<S> {
     fn gather(simd: S, context: &Context, surfaces: &[u32]) -> Self {
         let material =
             |surface: u32| context.materials.get(surface as usize).unwrap_or(&context.background);
-        let (first, one) = (surfaces[0], Lanes::splat(simd, 1.0));
+        let first = surfaces[0];
         if surfaces.iter().all(|surface| *surface == first) {
             let [a, b, c, d, e, f, g, h, i, j] = *material(first);
             return Self {
@@ -196,7 +195,7 @@ impl<S: Simd> MaterialLanes<S> {
             specular,
             emission: load_rows(simd, [g, h, i]),
             shininess: Lanes::load(simd, j),
-            is_glossy: Lanes::<S>::any((one - one).lt(most)),
+            is_glossy: Lanes::<S>::any(most.lit(0.0).lt(most)),
         }
     }
 }

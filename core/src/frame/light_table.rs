@@ -2,7 +2,7 @@
 //! the distance: where many blobs shade a light, a look-up costs the same whatever their number.
 //!
 //! The quotient is smooth through the light itself, where T has a cone, and the table is
-//! interpolated by cubics in all three coordinates. Around a light among the blobs, directions are
+//! interpolated by cubics in all three coordinates; for the eye by straight lines. Around a light among the blobs, directions are
 //! those of a cube's six faces; a light far from them sees them through one window. A face is one
 //! sample wider on each side, so that no cubic reaches over an edge.
 
@@ -34,19 +34,23 @@ pub fn pay(field: &Field, for_the_eye: bool) -> bool {
     field.lumps() >= FEWEST_BLOBS[usize::from(for_the_eye)]
 }
 
-/// How many samples a table may have.
+/// How many samples a table may have, and what is drawn through them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fineness(usize);
+pub struct Fineness {
+    samples: usize,
+    /// Straight lines, for the eye, else cubics.
+    lines: bool,
+}
 
 impl Fineness {
     /// Of each of so many lights' tables, which fit together. It halves from time to time, so that
     /// a light more or less seldom changes the tables of all others.
     ///
-    /// While a lamp is dragged its table is made anew for every draft: three quarters of the samples are made in
-    /// about three quarters of the time. Half would put the worst rays of drafts beyond 5 %.
-    pub fn of(lights: usize, quality: Quality) -> Self {
-        let most = if quality == Quality::Draft { MOST / 4 * 3 } else { MOST };
-        Self(most.min(MOST_TOGETHER / lights.max(1).next_power_of_two()))
+    /// While a lamp is dragged its table is made anew for every draft: half of the samples are made in about half of
+    /// the time. A quarter would put the worst rays of drafts beyond 5 %.
+    pub fn of(lights: usize, quality: Quality, lines: bool) -> Self {
+        let most = if quality == Quality::Draft { MOST / 2 } else { MOST };
+        Self { samples: most.min(MOST_TOGETHER / lights.max(1).next_power_of_two()), lines }
     }
 }
 
@@ -62,6 +66,8 @@ pub struct LightTable {
     first: f32,
     /// Shells per unit of ln r.
     density: f32,
+    /// Whether straight lines are drawn between samples, which then stand where they fit those best.
+    lines: bool,
     /// `[face][row][column][shell]`.
     values: Vec<f32>,
 }
@@ -122,11 +128,15 @@ impl LightTable {
     ) -> Result<Option<Self>, Interrupted> {
         let Some(mut table) = Self::empty(field, apex, fineness) else { return Ok(None) };
         table.fill(job, field, apex)?;
+        if table.lines {
+            table.values = table.fitted();
+        }
         Ok(Some(table))
     }
 
     /// A table without its values.
-    fn empty(field: &Field, apex: DVec3, Fineness(samples): Fineness) -> Option<Self> {
+    fn empty(field: &Field, apex: DVec3, fineness: Fineness) -> Option<Self> {
+        let Fineness { samples, lines } = fineness;
         let outline = field.outline(apex);
         let window = Window::new(&outline, apex);
         let (faces, most_shells) =
@@ -148,6 +158,7 @@ impl LightTable {
             shells,
             first: first as f32,
             density: density as f32,
+            lines,
             values: vec![0.0; faces * (side + 2) * (side + 2) * shells],
         })
     }
@@ -179,6 +190,36 @@ impl LightTable {
         })?;
         self.values = values;
         Ok(())
+    }
+
+    /// The samples between which straight lines are best. A line between two values of a curve is off by
+    /// h²/12 of its second derivative on the whole, always to the same side: each value less a twelfth of its second
+    /// differences leaves errors to both sides, less than half as large.
+    fn fitted(&self) -> Vec<f32> {
+        const SHARE: f32 = 1.0 / 12.0;
+        let (wide, shells) = (self.side + 2, self.shells);
+        let line = wide * shells;
+        let bend = |before: f32, at: f32, after: f32| SHARE * (before + after - 2.0 * at);
+        let mut fitted = self.values.clone();
+        fitted.par_chunks_mut(line).enumerate().for_each(|(i, fitted)| {
+            let row = |i: usize| &self.values[i * line..][..line];
+            let here = row(i);
+            if 0 < i % wide && i % wide < wide - 1 {
+                let (above, below) = (row(i - 1), row(i + 1));
+                for k in 0..line {
+                    fitted[k] -= bend(above[k], here[k], below[k]);
+                }
+            }
+            for k in shells..line - shells {
+                fitted[k] -= bend(here[k - shells], here[k], here[k + shells]);
+            }
+            for (fitted, here) in fitted.chunks_mut(shells).zip(here.chunks(shells)) {
+                for k in 1..shells - 1 {
+                    fitted[k] -= bend(here[k - 1], here[k], here[k + 1]);
+                }
+            }
+        });
+        fitted
     }
 
     /// How much memory it takes.
@@ -228,9 +269,9 @@ impl LightTable {
     }
 
     /// The blobs' mean extinction between the light and points relative to it [1/m]: by cubics in all three
-    /// coordinates, or by straight lines, which cost a third and are off by a few tenths of a per cent.
+    /// coordinates, or by straight lines, which cost a third.
     #[inline(always)]
-    pub fn means<S: Simd, const CUBIC: bool>(&self, simd: S, way: V3<Lanes<S>>) -> Lanes<S> {
+    pub fn means<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> Lanes<S> {
         let distance = way.length_squared().sqrt();
         let (face, u, v, seen) = self.on_face(simd, way, distance);
         let half = Lanes::splat(simd, 0.5 * (self.side - 1) as f32);
@@ -244,15 +285,15 @@ impl LightTable {
         let (shell, r) = cell(radial.max(one), end - one);
         let r = r.min(one);
         let places = [face, row, column, shell].map(store);
-        let sum = if CUBIC {
+        let sum = if self.lines {
+            self.lines(simd, places, [x, y, r]).max(one.lit(0.0))
+        } else {
             let weights = [cubic(x), cubic(y), cubic(r)].map(|weights| weights.map(store));
             let mut sums = [0.0; PADDED];
             for (lane, sum) in sums.iter_mut().enumerate().take(Lanes::<S>::COUNT) {
                 *sum = self.cubics(places.map(|row| row[lane] as usize), &weights, lane);
             }
             Lanes::load(simd, &sums).max(one.lit(0.0))
-        } else {
-            self.lines(simd, places, [x, y, r])
         };
         // Behind the last shell nothing is added.
         let beyond = (radial - end).max(one.lit(0.0)) / Lanes::splat(simd, self.density);

@@ -27,16 +27,16 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     context.lamps.iter().map(side).collect()
 }
 
-/// For the mapped airlight: what lies between the lights and everything else. Whether any table had to be
-/// made.
+/// For the mapped airlight: what lies between the lights and everything else, to draw straight `lines` through or cubics.
+/// Whether any table had to be made.
 ///
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
-pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interrupted> {
+pub fn fill_tables(context: &mut Context, cache: &Cache, lines: bool) -> Result<bool, Interrupted> {
     if !context.is_mapped() || !light_table::pay(context.field, context.interpolates()) {
         return Ok(false);
     }
-    let fineness = Fineness::of(context.lamps.len(), context.view.quality);
+    let fineness = Fineness::of(context.lamps.len(), context.view.quality, lines);
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.source);
@@ -51,10 +51,4 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
         lamp.table = table;
     }
     Ok(makes)
-}
-
-/// Whether straight lines between a table's samples are good enough: for the eye, where the shadows of many lie
-/// over each other. Each of a few is sharper.
-pub fn lines_do(context: &Context) -> bool {
-    context.interpolates() && light_table::pay(context.field, false)
 }

@@ -182,7 +182,7 @@ impl Gpu {
         if !self.takes(&context) {
             return Ok(None);
         }
-        fill_tables(&mut context, cache)?;
+        fill_tables(&mut context, cache, false)?;
         if context.method == Method::Auto && sums_too_many(&context) {
             return Ok(None);
         }

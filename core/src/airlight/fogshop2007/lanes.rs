@@ -73,7 +73,7 @@ pub fn add_airlight<S: Simd, const PARALLEL: bool>(
     let unit = Lanes::splat(simd, UNIT as f32);
     for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
-        let offset = load3(simd, &*rays.offset, at);
+        let offset = load3(simd, &rays.offset, at);
         let length = Lanes::load(simd, &length[at..]);
         let depth = Lanes::load(simd, &fogged.depth[at..]);
         let mut sum = Sum { depth, airlight: [depth.lit(0.0); MOST_LIGHTS] };

@@ -262,7 +262,7 @@ impl<S: Simd> Gathered<S> {
                 x: load(x),
                 y: load(y),
                 direction: load3(simd, &rays.direction, at),
-                start: load3(simd, &*rays.offset, at),
+                start: load3(simd, &rays.offset, at),
                 length: load(&hits.length),
                 haze: load(&fogged[batch].depth),
                 is_run,

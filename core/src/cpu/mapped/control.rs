@@ -6,7 +6,6 @@ use crate::cpu::places::PLACES;
 use crate::cpu::shade::Ways;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
-use crate::frame::lights;
 use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
@@ -74,11 +73,7 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     if let Some(table) = lamp.table.as_ref() {
         dispatch!(job.level, simd => {
             let apex = V3::splat(simd, apex.to_array());
-            if lights::lines_do(context) {
-                add_table::<_, false>(simd, rays, apex, table, t, &mut mean);
-            } else {
-                add_table::<_, true>(simd, rays, apex, table, t, &mut mean);
-            }
+            add_table(simd, rays, apex, table, t, &mut mean);
         });
     } else if field.lumps() > 0 {
         for (t, mean) in t.chunks(POINTS / PADDED).zip(mean.chunks_mut(POINTS / PADDED)) {
@@ -100,7 +95,7 @@ fn add_lumps(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each], mean: &
 }
 
 #[inline(always)]
-fn add_table<S: Simd, const CUBIC: bool>(
+fn add_table<S: Simd>(
     simd: S,
     rays: &Control,
     apex: V3<Lanes<S>>,
@@ -112,8 +107,7 @@ fn add_table<S: Simd, const CUBIC: bool>(
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let start = load3(simd, &rays.offset, at) - apex;
             let way = start + load3(simd, &rays.direction, at).scale(Lanes::load(simd, &t[at..]));
-            (table.means::<S, CUBIC>(simd, way) + Lanes::load(simd, &mean[at..]))
-                .store(&mut mean[at..]);
+            (table.means(simd, way) + Lanes::load(simd, &mean[at..])).store(&mut mean[at..]);
         }
     }
 }

@@ -64,7 +64,7 @@ impl Tracer<'_> {
         let height = one.lit(plane.normal.dot(self.anchor + plane.point));
         for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
-            let offset = load3(simd, &*rays.offset, at);
+            let offset = load3(simd, &rays.offset, at);
             let distance = (height - normal.dot(offset)) / normal.dot(direction);
             best.keep(simd, at, one.lit(0.0).lt(distance), distance, (one, one), id);
         }
@@ -84,7 +84,7 @@ impl Tracer<'_> {
         let center = V3::lit(one, to);
         for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
-            let offset = load3(simd, &*rays.offset, at);
+            let offset = load3(simd, &rays.offset, at);
             let to = center - offset;
             // The power of the origin, |to|² − r²: formed in f64 where it would cancel most.
             let power = one.lit(power) + offset.dot(offset - center - center);
@@ -111,7 +111,7 @@ impl Tracer<'_> {
         let (min, max) = (V3::lit(one, min), V3::lit(one, max));
         for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let direction = load3(simd, &rays.direction, at);
-            let offset = load3(simd, &*rays.offset, at);
+            let offset = load3(simd, &rays.offset, at);
             let inverse = V3::new(
                 one / guarded(direction.x),
                 one / guarded(direction.y),
@@ -155,7 +155,7 @@ impl Tracer<'_> {
                 groups.within(simd, rows, slopes, reach, |group, reach| {
                     let place = group * Lanes::<S>::COUNT;
                     let (Sample { rays, best }, at) = (&mut samples[place / SIZE], place % SIZE);
-                    let variable = if parallel { &*rays.offset } else { &rays.direction };
+                    let variable = if parallel { &rays.offset } else { &rays.direction };
                     if best.meet(simd, at, &met, &numerator, load3(simd, variable, at), id) {
                         *reach = best.farthest(simd, at);
                     }

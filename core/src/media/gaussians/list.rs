@@ -243,7 +243,7 @@ pub fn add_depth<S: Simd, const PARALLEL: bool>(
 ) {
     for at in (0..rays.count.min(SIZE)).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
-        let offset = load3(simd, &*rays.offset, at);
+        let offset = load3(simd, &rays.offset, at);
         let length = Lanes::load(simd, &length[at..]);
         let mut sum = Lanes::load(simd, &depth[at..]);
         for blob in &list.cut {
