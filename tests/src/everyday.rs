@@ -2,11 +2,14 @@
 //! open sky whose rays are up to 1 000 km long.
 
 use crate::scenes::{Random, homogeneous, pixel_rays, probe, render, scene, view};
-use crate::trials::{Errors, Use, luminance, quantiles};
+use crate::trials::{Errors, Use, luminance, luminance_at, quantiles, signed_errors};
 use fogbank_core::probe::RayAnswer;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::CheckedScene;
 use serde_json::{Value, json};
+
+/// What is darker than this share of the mean counts as that bright.
+const DARK: f64 = 1e-2;
 
 /// How many scenes there are.
 pub const SCENES: u64 = 48;
@@ -106,7 +109,7 @@ impl Exact {
         let exact = probe(&scene(&json), &asked);
         let error = |(at, answer): (&usize, &RayAnswer)| {
             let exact = luminance(answer.airlight.0);
-            (self.luminance[*at] - exact).abs() / exact.max(1e-2 * self.mean())
+            (self.luminance[*at] - exact).abs() / exact.max(DARK * self.mean())
         };
         quantiles(some.iter().zip(&exact).map(error).collect())
     }
@@ -153,12 +156,8 @@ impl Exact {
         let quality = if wanted == Use::Draft { Quality::Draft } else { Quality::Full };
         let view = view(self.width, self.height, Layer::Airlight, quality);
         let frame = render(&self.scene, &View { for_screen: wanted != Use::Numbers, ..view });
-        let dark = 1e-2 * self.mean();
-        let error = |(at, b): (usize, &f64)| {
-            let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
-            (luminance(a) - b) / b.max(dark)
-        };
-        self.luminance.iter().enumerate().map(error).collect()
+        let values = (0..self.luminance.len()).map(|at| luminance_at(&frame, at));
+        signed_errors(values, &self.luminance, DARK)
     }
 
     fn step(&self, errors: &[f64]) -> f64 {

@@ -2,9 +2,9 @@
 
 use crate::cases;
 use crate::scenes::{Random, homogeneous, pixel_rays, probe, render, scene, view};
-use fogbank_core::presets;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{CheckedScene, Scene};
+use fogbank_core::{Frame, presets};
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -85,12 +85,7 @@ impl Trial {
             let some: Vec<_> = pixels.iter().map(|at| rays[*at]).collect();
             let truth: Vec<_> =
                 probe(&exact, &some).iter().map(|answer| luminance(answer.airlight.0)).collect();
-            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-            let error = |(at, b): (&usize, &f64)| {
-                let a = [0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k]));
-                (luminance(a) - b) / b.max(1e-3 * mean).max(f64::MIN_POSITIVE)
-            };
-            pixels.iter().zip(&truth).map(error).collect::<Vec<_>>()
+            signed_errors(pixels.iter().map(|at| luminance_at(&frame, *at)), &truth, DARK)
         };
         let measure =
             |pixels: &[usize]| quantiles(errors(pixels).into_iter().map(f64::abs).collect());
@@ -119,6 +114,21 @@ fn at_seams(width: u32, height: u32, count: usize, random: &mut Random) -> Vec<u
         }
     }
     pairs
+}
+
+/// What is darker than this share of the mean counts as that bright: nobody sees more of it beside the rest.
+pub const DARK: f64 = 1e-3;
+
+/// By how much some values are too bright, relative to exact ones or to `dark` times their mean.
+pub fn signed_errors(values: impl Iterator<Item = f64>, exact: &[f64], dark: f64) -> Vec<f64> {
+    let floor = dark * exact.iter().sum::<f64>() / exact.len() as f64;
+    let error = |(a, b): (f64, &f64)| (a - b) / b.max(floor).max(f64::MIN_POSITIVE);
+    values.zip(exact).map(error).collect()
+}
+
+/// The luminance of a pixel of a frame of three channels.
+pub fn luminance_at(frame: &Frame, at: usize) -> f64 {
+    luminance([0, 1, 2].map(|k| f64::from(frame.pixels[3 * at + k])))
 }
 
 /// Of linear Rec. 709.

@@ -2,7 +2,7 @@
 //! orientation or another depth are sampled again, within their area.
 
 use super::tiles::by_blocks;
-use super::trace::{self, Cast, Groups, Order};
+use super::trace::{self, Cast, Groups, Order, extent};
 use crate::frame::context::Context;
 use crate::frame::samples::{shifts, weighs};
 use crate::frame::viewpoint::Tile;
@@ -26,7 +26,9 @@ impl Samples {
     /// [`Interrupted`] when the job's progress says so.
     pub fn of_all(context: &Context, hits: &[Box<Hits>]) -> Result<Vec<Self>, Interrupted> {
         let shifts = shifts(context.view.samples.unwrap_or(1) as usize);
-        by_blocks(context, |block| Self::of_block(context, hits, &shifts, block))
+        by_blocks(context, 0..context.grid.count(), trace::ACROSS, |block| {
+            Self::of_block(context, hits, &shifts, block)
+        })
     }
 
     fn of_block(
@@ -44,12 +46,11 @@ impl Samples {
             groups.push(Groups::new(&order, context.job.level));
             samples.push(Self { places, rays, hits: Vec::new() });
         }
-        let extent = Order { places: &[], shifts }.extent();
         let casts = block.iter().zip(&samples).zip(&groups).map(|((index, samples), groups)| {
             Cast { tile: context.grid.tile(*index), rays: &samples.rays, groups }
         });
         let casts: Vec<_> = casts.filter(|cast| !cast.rays.is_empty()).collect();
-        let mut made = trace::block(context, extent, &casts).into_iter();
+        let mut made = trace::block(context, extent(shifts), &casts).into_iter();
         for samples in samples.iter_mut().filter(|samples| !samples.is_empty()) {
             samples.hits = made.next().unwrap_or_default();
             for (rays, hits) in samples.rays.iter().zip(&mut samples.hits) {

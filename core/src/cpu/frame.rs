@@ -3,7 +3,7 @@
 use super::composite::{self, Made};
 use super::grid::{self, Grid};
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
-use super::tiles::{Strip, tiles};
+use super::tiles::{Strip, by_blocks, tiles};
 use super::traced::Traced;
 use super::{fog, mapped, shade, upsample};
 use crate::frame::cache::Cache;
@@ -16,7 +16,6 @@ use crate::kept::{Kept, Same};
 use crate::progress::{Interrupted, Progress};
 use crate::request::View;
 use crate::scene::CheckedScene;
-use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -255,15 +254,6 @@ fn light_depths(
     Ok((depths, batches * size_of::<Row>()))
 }
 
-/// Tiles whose fog is formed together: what is interpolated across the picture serves them all.
-fn blocks(context: &Context, strip: &Strip) -> Vec<Vec<usize>> {
-    // Patches of numbers are smaller.
-    let across = if context.interpolates() { grid::BLOCK / TILE } else { 2 };
-    let mut blocks = context.grid.blocks(across);
-    blocks.retain(|block| strip.tiles.contains(&block[0]));
-    blocks
-}
-
 /// The fog along all rays, with what is scattered of some lamps.
 fn fog(
     context: &Context,
@@ -273,18 +263,12 @@ fn fog(
     asked: &[usize],
 ) -> Result<(Fog, usize), Interrupted> {
     context.job.progress.start(strip.tiles.len(), 1.0);
-    // One by one, because some take ten times as long as others.
-    let blocks = blocks(context, strip);
-    let made = blocks.par_iter().with_max_len(1);
+    // What is interpolated across the picture serves all tiles of a block; patches of numbers are smaller.
+    let across = if context.interpolates() { grid::BLOCK / TILE } else { 2 };
     let grid = context.interpolates().then(|| Grid::new(context, asked));
     let formed = Formed { context, traced, low, grid, asked };
-    let made: Vec<_> = made.map(|block| formed.fog_of(block)).collect();
-    context.job.progress.check()?;
-    let mut by_tile: Fog = Vec::new();
-    by_tile.resize_with(strip.tiles.len(), Vec::new);
-    for (index, fogged) in blocks.into_iter().flatten().zip(made.into_iter().flatten()) {
-        by_tile[strip.place(index)] = fogged;
-    }
+    let by_tile: Fog =
+        by_blocks(context, strip.tiles.clone(), across, |block| formed.fog_of(block))?;
     let batches: usize = by_tile.iter().map(Vec::len).sum();
     // A row a lamp, and that of what is taken away.
     Ok((by_tile, batches * size_of::<Row>() * (asked.len() + 1) / asked.len().max(1)))
@@ -303,9 +287,6 @@ impl Formed<'_, '_> {
     /// The fog of some tiles.
     fn fog_of(&self, block: &[usize]) -> Vec<Vec<Fogged>> {
         let &Self { context, traced, low, asked, .. } = self;
-        if context.job.progress.is_over() {
-            return Vec::new();
-        }
         let rays = |index: &usize| context.viewpoint.tile(context.grid.tile(*index), CENTER);
         let rays: Vec<_> = block.iter().map(rays).collect();
         let mut batches = Vec::new();

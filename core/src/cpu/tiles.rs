@@ -1,6 +1,5 @@
 //! Work on all tiles of a picture.
 
-use super::trace;
 use crate::frame::context::Context;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Row, TILE};
@@ -60,20 +59,24 @@ pub fn tiles<T: Clone + Send + Sync>(
     context.job.progress.check().map(|()| done)
 }
 
-/// The same of blocks of neighbouring tiles at once: `work` is given a block's tiles in order.
+/// The same of blocks of up to `across` by `across` neighbouring tiles at once, one by one, because some take ten
+/// times as long as others: `work` is given a block's tiles in order. No block may reach out of `places`.
 pub fn by_blocks<T: Default + Send>(
     context: &Context,
+    places: Range<usize>,
+    across: usize,
     work: impl Fn(&[usize]) -> Vec<T> + Sync + Send,
 ) -> Result<Vec<T>, Interrupted> {
-    let blocks = context.grid.blocks(trace::ACROSS);
-    let block =
-        |block: &Vec<usize>| if context.job.progress.is_over() { vec![] } else { work(block) };
+    let mut blocks = context.grid.blocks(across);
+    blocks.retain(|block| places.contains(&block[0]));
+    let is_over = || context.job.progress.is_over();
+    let block = |block: &Vec<usize>| if is_over() { Vec::new() } else { work(block) };
     let made: Vec<_> = blocks.par_iter().with_max_len(1).map(block).collect();
     context.job.progress.check()?;
     let mut by_tile = Vec::new();
-    by_tile.resize_with(context.grid.count(), T::default);
+    by_tile.resize_with(places.len(), T::default);
     for (index, made) in blocks.into_iter().flatten().zip(made.into_iter().flatten()) {
-        by_tile[index] = made;
+        by_tile[index - places.start] = made;
     }
     Ok(by_tile)
 }

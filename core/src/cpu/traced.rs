@@ -52,14 +52,13 @@ impl Traced {
 
 fn first_hits(context: &Context) -> Result<Vec<Box<Hits>>, Interrupted> {
     let places: [usize; SIZE] = std::array::from_fn(|place| place);
-    let order = Order { places: &places, shifts: &[CENTER] };
-    let groups = Groups::new(&order, context.job.level);
-    by_blocks(context, |block| {
+    let groups = Groups::new(&Order { places: &places, shifts: &[CENTER] }, context.job.level);
+    by_blocks(context, 0..context.grid.count(), trace::ACROSS, |block| {
         let tiles = block.iter().map(|index| context.grid.tile(*index));
         let rays: Vec<_> =
             tiles.clone().map(|tile| [context.viewpoint.tile(tile, CENTER)]).collect();
         let casts = tiles.zip(&rays).map(|(tile, rays)| Cast { tile, rays, groups: &groups });
-        let hits = trace::block(context, order.extent(), &casts.collect::<Vec<_>>());
+        let hits = trace::block(context, [CENTER; 2], &casts.collect::<Vec<_>>());
         hits.into_iter().flatten().collect()
     })
 }

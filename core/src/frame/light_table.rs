@@ -286,18 +286,18 @@ impl LightTable {
         let r = r.min(one);
         let places = [face, row, column, shell].map(store);
         let sum = if self.lines {
-            self.lines(simd, places, [x, y, r]).max(one.lit(0.0))
+            self.lines(simd, places, [x, y, r])
         } else {
             let weights = [cubic(x), cubic(y), cubic(r)].map(|weights| weights.map(store));
             let mut sums = [0.0; PADDED];
             for (lane, sum) in sums.iter_mut().enumerate().take(Lanes::<S>::COUNT) {
                 *sum = self.cubics(places.map(|row| row[lane] as usize), &weights, lane);
             }
-            Lanes::load(simd, &sums).max(one.lit(0.0))
+            Lanes::load(simd, &sums)
         };
         // Behind the last shell nothing is added.
         let beyond = (radial - end).max(one.lit(0.0)) / Lanes::splat(simd, self.density);
-        sum * (-beyond).exp() * seen
+        sum.max(one.lit(0.0)) * (-beyond).exp() * seen
     }
 
     /// Straight lines in all three coordinates, from the eight samples around a place.

@@ -7,7 +7,7 @@ use fogbank_core::request::{Layer, ProbeRay, Quality, View};
 use fogbank_core::scene::CheckedScene;
 use fogbank_core::{Progress, Renderer};
 use fogbank_tests::scenes::{Random, pixel_rays, probe, scene, view};
-use fogbank_tests::trials::{luminance, quantiles};
+use fogbank_tests::trials::{DARK, luminance, luminance_at, quantiles, signed_errors};
 use serde_json::Value;
 use std::time::Instant;
 
@@ -57,9 +57,8 @@ impl Truth {
         let view = view(self.size[0], self.size[1], Layer::Airlight, quality);
         let view = View { for_screen: true, ..view };
         let frame = Renderer::default().render(&self.scene, &view, &Progress::default());
-        let pixels = frame.unwrap().pixels;
-        let rgb = |at: &usize| [0, 1, 2].map(|k| f64::from(pixels[3 * at + k]));
-        self.errors(self.pixels.iter().map(|at| luminance(rgb(at))))
+        let frame = frame.unwrap();
+        self.errors(self.pixels.iter().map(|at| luminance_at(&frame, *at)))
     }
 
     /// Of marching in so many steps; and what it would take for the whole picture, in milliseconds.
@@ -85,9 +84,8 @@ impl Truth {
     }
 
     fn errors(&self, values: impl Iterator<Item = f64>) -> Errors {
-        let floor = 1e-3 * self.exact.iter().sum::<f64>() / self.exact.len() as f64;
-        let error = |(a, b): (f64, &f64)| (a - b).abs() / b.max(floor).max(f64::MIN_POSITIVE);
-        let [median, p95, _] = quantiles(values.zip(&self.exact).map(error).collect());
+        let errors = signed_errors(values, &self.exact, DARK);
+        let [median, p95, _] = quantiles(errors.into_iter().map(f64::abs).collect());
         Errors([100.0 * median, 100.0 * p95])
     }
 }

@@ -16,12 +16,10 @@ pub struct Order<'a> {
     pub shifts: &'a [DVec2],
 }
 
-impl Order<'_> {
-    /// Smallest and largest shift within a pixel.
-    pub fn extent(&self) -> [DVec2; 2] {
-        let all = || self.shifts.iter().copied();
-        [all().fold(DVec2::ONE, DVec2::min), all().fold(DVec2::ZERO, DVec2::max)]
-    }
+/// Smallest and largest of some shifts within a pixel.
+pub fn extent(shifts: &[DVec2]) -> [DVec2; 2] {
+    let all = || shifts.iter().copied();
+    [all().fold(DVec2::ONE, DVec2::min), all().fold(DVec2::ZERO, DVec2::max)]
 }
 
 /// Boxes around the rays of each register, side by side [px of the tile].
@@ -54,7 +52,7 @@ impl Groups {
         let empty = vec![f32::NAN; count.next_multiple_of(lanes)];
         let (mut left, mut right) = (empty.clone(), empty.clone());
         let (mut top, mut bottom) = (empty.clone(), empty);
-        let [least, most] = order.extent();
+        let [least, most] = extent(shifts);
         for group in 0..count {
             let pixel = |ray: usize| (ray / shifts.len()).min(places.len() - 1);
             let (first, last) = (pixel(group * lanes), pixel((group + 1) * lanes - 1));

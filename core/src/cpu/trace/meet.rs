@@ -23,28 +23,17 @@ impl Tracer<'_> {
             Solid::Sphere { center, radius, .. } => {
                 let to = self.anchor + center.as_dvec3();
                 let power = to.length_squared() - f64::from(radius).powi(2);
-                for target in targets {
-                    if target.sides.exclude(to.as_vec3(), Vec3::splat(radius)) {
-                        continue;
-                    }
-                    for Sample { rays, best } in &mut target.samples {
-                        self.meet_sphere(simd, (to, power, f64::from(radius)), id, rays, best);
-                    }
-                    target.reach_anew(simd);
-                }
+                let around = (to.as_vec3(), Vec3::splat(radius));
+                meet_near(simd, around, targets, |rays, best| {
+                    self.meet_sphere(simd, (to, power, f64::from(radius)), id, rays, best);
+                });
             }
             Solid::Box { min, max, .. } => {
                 let [min, max] = [min, max].map(|corner| self.anchor + corner.as_dvec3());
-                let (middle, half) = ((0.5 * (min + max)).as_vec3(), (0.5 * (max - min)).as_vec3());
-                for target in targets {
-                    if target.sides.exclude(middle, half) {
-                        continue;
-                    }
-                    for Sample { rays, best } in &mut target.samples {
-                        self.meet_box(simd, [min, max], id, rays, best);
-                    }
-                    target.reach_anew(simd);
-                }
+                let around = ((0.5 * (min + max)).as_vec3(), (0.5 * (max - min)).as_vec3());
+                meet_near(simd, around, targets, |rays, best| {
+                    self.meet_box(simd, [min, max], id, rays, best);
+                });
             }
         }
     }
@@ -163,6 +152,25 @@ impl Tracer<'_> {
                 target.look(simd);
             }
         }
+    }
+}
+
+/// All rays of the targets that a box around a solid, told by its middle and half its size, does not lie beside.
+#[inline(always)]
+fn meet_near<S: Simd>(
+    simd: S,
+    (middle, half): (Vec3, Vec3),
+    targets: &mut [Target<'_>],
+    meet: impl Fn(&Rays, &mut Best),
+) {
+    for target in targets {
+        if target.sides.exclude(middle, half) {
+            continue;
+        }
+        for Sample { rays, best } in &mut target.samples {
+            meet(rays, best);
+        }
+        target.reach_anew(simd);
     }
 }
 

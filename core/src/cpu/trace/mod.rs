@@ -1,4 +1,4 @@
-//! First hits of a tile of rays: the hierarchy is walked once for the whole tile, front to back, and
+//! First hits of the rays of a block of tiles: the hierarchy is walked once for all of them, front to back, and
 //! what remains is met by as many rays at once as there are lanes.
 
 mod best;
@@ -8,7 +8,7 @@ mod resolve;
 mod target;
 mod triangle;
 
-pub use groups::{Groups, Order};
+pub use groups::{Groups, Order, extent};
 
 use crate::frame::context::Context;
 use crate::frame::viewpoint::{Tile, Viewpoint};
@@ -22,7 +22,7 @@ use glam::{DVec2, DVec3};
 use target::{Sides, Target};
 use triangle::Screen;
 
-/// Solids between two looks at how far the tile's farthest ray still reaches.
+/// Solids between two looks at how far a tile's rays still reach.
 const SOLIDS_A_LOOK: usize = 24;
 /// Marks an id as a plane's; ids of solids are places in [`Geometry::solids`].
 const PLANE: u32 = 1 << 31;
@@ -108,10 +108,9 @@ impl<'a> Tracer<'a> {
             let reach = vec![0.0; groups.count()];
             let secant = self.secant(*tile);
             let (farthest, met) = (0.0, 0);
-            targets.push(Target { x, y, sides, groups, samples, reach, farthest, secant, met });
-            if let Some(target) = targets.last_mut() {
-                target.reach_anew(simd);
-            }
+            let mut target = Target { x, y, sides, groups, samples, reach, farthest, secant, met };
+            target.reach_anew(simd);
+            targets.push(target);
         }
         self.walk(simd, &mut targets);
         let mut hits = Vec::with_capacity(targets.len());

@@ -12,7 +12,7 @@ impl Tracer<'_> {
     /// Normals and surfaces of the nearest hits.
     #[inline(always)]
     pub fn resolve<S: Simd>(&self, simd: S, rays: &Rays, best: &Best) -> Box<Hits> {
-        let mut hits = Box::new(Hits::nothing(0.0));
+        let mut hits = Box::<Hits>::default();
         hits.length = best.length;
         for at in 0..rays.count {
             let id = best.id[at].to_bits();
