@@ -1,9 +1,9 @@
 // Rays that run close together, bounded by a cone: what a tile of pixels sees, so that blobs which
-// none of them meets are left out at once. And the wedge between such a cone and a light.
+// none of them meets are left out at once.
 //
 // Bounds in f32 are widened by its rounding, so that they hold as exact ones do.
 //
-// Twins: core/src/geometry/bundle.rs, core/src/cpu/cone.rs, bundle in core/src/cpu/fog.rs.
+// Twin: core/src/geometry/bundle.rs.
 
 #define_import_path fogbank::bundle
 
@@ -100,77 +100,4 @@ fn closest_approach(bundle: Bundle, point: vec3<f32>) -> vec2<f32> {
     let high = select(full, along * cosine + aside * sine, reach < aside);
     let room = bundle.radius + slack;
     return vec2<f32>(low - room, high + room);
-}
-
-/// All segments between a light and the rays of a bundle from one ray parameter to another: a
-/// triangle that widens away from the light.
-struct Wedge {
-    /// Where the axis begins, from the camera [m]. The corners are relative to that, not to the
-    /// light: it may be far away.
-    origin: vec3<f32>,
-    /// Where the axis ends, and the light [m].
-    end: vec3<f32>,
-    light: vec3<f32>,
-    /// Distance of rays from the axis at its begin and end [m].
-    spread: vec2<f32>,
-    /// Cosine of the angle at which the wedge widens along the triangle, 0 if that has no bound.
-    cosine: f32,
-    /// What rounding may change, by the distance of a point.
-    rounding: f32,
-}
-
-/// Sine of the angle between axis and light below which a triangle is none.
-const FLAT: f32 = 1e-3;
-
-/// From a light and what a bundle sees between two ray parameters [m].
-fn wedge(light: vec3<f32>, bundle: Bundle, begin_m: f32, end_m: f32) -> Wedge {
-    let origin = bundle.origin + begin_m * bundle.axis;
-    let end = (end_m - begin_m) * bundle.axis;
-    let way = light - origin;
-    let spread = bundle.radius + vec2<f32>(begin_m, end_m) * bundle.tangent;
-    // The spread is linear over the triangle, 0 at the light; `rise` is its slope there, squared.
-    let height = length(cross(bundle.axis, way));
-    let across = (spread.y - spread.x) * way + spread.x * end;
-    let rise = length(across) / max(height * (end_m - begin_m), num::LEAST);
-    let sine = height / max(length(way), num::LEAST);
-    let cosine = select(sqrt(max(1.0 - rise * rise, 0.0)), 0.0, rise > 1.0 || sine < FLAT);
-    return Wedge(origin, end, way, spread, cosine, ROUNDING * (1.0 + 1.0 / max(sine, FLAT)));
-}
-
-/// Lower bound of the distance from a point to any of the segments [m].
-fn distance_to_wedge(wedge: Wedge, point: vec3<f32>) -> f32 {
-    let way = point - wedge.origin;
-    let weights = nearest_of_triangle(way, wedge.end, wedge.light);
-    let nearest = weights.x * wedge.end + weights.y * wedge.light;
-    let spread = dot(vec2<f32>(1.0 - weights.x - weights.y, weights.x), wedge.spread);
-    let slack = wedge.rounding * (length(way) + length(point));
-    return max(length(way - nearest) * wedge.cosine - spread - slack, 0.0);
-}
-
-/// The point u·a + v·b nearest to `p` of the triangle with corners 0, a and b.
-fn nearest_of_triangle(p: vec3<f32>, a: vec3<f32>, b: vec3<f32>) -> vec2<f32> {
-    let normal = cross(a, b);
-    let area2 = max(dot(normal, normal), 1e-30);
-    let inside = vec2<f32>(dot(cross(p, b), normal), dot(cross(a, p), normal)) / area2;
-    if inside.x >= 0.0 && inside.y >= 0.0 && inside.x + inside.y <= 1.0 {
-        return inside;
-    }
-    let on_a = vec2<f32>(nearest_of_segment(p, a), 0.0);
-    let on_b = vec2<f32>(0.0, nearest_of_segment(p, b));
-    let share = nearest_of_segment(p - a, b - a);
-    let between = vec2<f32>(1.0 - share, share);
-    let distances = vec3<f32>(
-        distance(p, on_a.x * a),
-        distance(p, on_b.y * b),
-        distance(p, between.x * a + between.y * b),
-    );
-    if distances.z <= min(distances.x, distances.y) {
-        return between;
-    }
-    return select(on_b, on_a, distances.x <= distances.y);
-}
-
-/// The share of `to` that is nearest to `p`.
-fn nearest_of_segment(p: vec3<f32>, to: vec3<f32>) -> f32 {
-    return clamp(dot(p, to) / max(dot(to, to), 1e-30), 0.0, 1.0);
 }

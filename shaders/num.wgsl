@@ -101,8 +101,3 @@ fn arc_tangent(x: f32) -> f32 {
     let size = angle(abs(x), 1.0);
     return select(size, -size, x < 0.0);
 }
-
-/// atan(x + step) − atan(x) for a step ≥ 0, which keeps its digits where both are almost equal.
-fn angle_across(x: f32, step: f32) -> f32 {
-    return angle(step, 1.0 + x * (x + step));
-}

@@ -14,7 +14,7 @@ const CHUNK: u32 = 65536u;
 /// Words of a mask of a chunk's blobs.
 const WORDS: u32 = 2048u;
 
-/// Values of all invocations are added up or compared in two steps of sixteen: few barriers, and the
+/// Values of all invocations are compared in two steps of sixteen: few barriers, and the
 /// same order in every run.
 const STEP: u32 = 16u;
 
@@ -23,19 +23,6 @@ var<workgroup> column: array<vec4<f32>, STEP>;
 /// Which blobs of a chunk matter. A mask, not a list: its order does not depend on who is first, so
 /// sums over it are the same in every run.
 var<workgroup> mask: array<atomic<u32>, WORDS>;
-
-/// The sum of every component over aligned groups of `size` invocations.
-fn total_of(place: u32, size: u32, value: vec4<f32>) -> vec4<f32> {
-    row[place] = value;
-    workgroupBarrier();
-    let first = place - place % size;
-    var sum = row[first];
-    for (var i = 1u; i < size; i++) {
-        sum += row[first + i];
-    }
-    workgroupBarrier();
-    return sum;
-}
 
 /// The largest of every component over all invocations.
 fn largest(place: u32, value: vec4<f32>) -> vec4<f32> {
@@ -54,25 +41,6 @@ fn largest(place: u32, value: vec4<f32>) -> vec4<f32> {
         most = max(most, column[i]);
     }
     return most;
-}
-
-/// The sum of every component over all invocations.
-fn total(place: u32, value: vec4<f32>) -> vec4<f32> {
-    row[place] = value;
-    workgroupBarrier();
-    if place < STEP {
-        var sum = row[place * STEP];
-        for (var i = 1u; i < STEP; i++) {
-            sum += row[place * STEP + i];
-        }
-        column[place] = sum;
-    }
-    workgroupBarrier();
-    var sum = column[0];
-    for (var i = 1u; i < STEP; i++) {
-        sum += column[i];
-    }
-    return sum;
 }
 
 /// Empties the mask, before `keep`.

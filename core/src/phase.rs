@@ -9,6 +9,7 @@ use crate::json::{Checker, limits};
 use crate::num::Num;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 tagged!(
     /// The phase function.
@@ -65,8 +66,29 @@ impl PhaseFunction {
         let off = (cos.lit(1.0) - toward).max(cos.lit(0.0));
         let sharp = 1.0 - self.g.abs();
         let square = off.mul_add(cos.lit(2.0 * self.g.abs()), cos.lit(sharp * sharp));
-        let scale = (1.0 - self.g * self.g) / (4.0 * std::f64::consts::PI);
+        let scale = (1.0 - self.g * self.g) / (4.0 * PI);
         cos.lit(scale) / (square * square.sqrt())
+    }
+}
+
+/// Steps of a tabulated phase function: a peak of g = 0.95 is twenty of them wide.
+pub const STEPS: usize = 1024;
+
+impl PhaseFunction {
+    /// k and ∫ k dα, by the angle between the light's direction and that to the eye, at even steps from 0 to π.
+    pub fn tabulated(self) -> [Vec<f32>; 2] {
+        let step = PI / STEPS as f64;
+        let value = |i: f64| self.value((i * step).cos());
+        let mut sum = 0.0;
+        let (mut values, mut sums) = (vec![value(0.0) as f32], vec![0.0]);
+        for i in 0..STEPS {
+            // Simpson's rule.
+            let at = i as f64;
+            sum += step / 6.0 * (value(at) + 4.0 * value(at + 0.5) + value(at + 1.0));
+            values.push(value(at + 1.0) as f32);
+            sums.push(sum as f32);
+        }
+        [values, sums]
     }
 }
 

@@ -121,9 +121,3 @@ fn depth_on(way: Way, blob: Blob) -> f32 {
     let span = seen.a * way.length_m;
     return seen.k * exp(-miss_squared) * between(start, start + span, span);
 }
-
-/// β [1/m] at the end of a segment.
-fn extinction_at_end(seen: Seen, line: Line) -> f32 {
-    let core = seen.k * seen.a / num::HALF_SQRT_PI;
-    return core * num::exp_bounded(-line.miss_squared - line.end * line.end);
-}

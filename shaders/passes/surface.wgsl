@@ -1,7 +1,7 @@
 // Radiance that the surface seen by every pixel sends towards the eye: its own, and what it
 // reflects of the lamps, each dimmed by the fog between. Without BLOBS that fog is what
-// stands in closed form; with LOW most depths come from a draft's low resolution. Added to the target, so that
-// lamps may be taken in several passes.
+// stands in closed form; with LOW most depths come from a draft's low resolution, with TABLES all of them from
+// those of the lamps. Added to the target, so that lamps may be taken in several passes.
 //
 // Twin: surface_radiance in core/src/cpu/shade.rs.
 
@@ -11,6 +11,9 @@
 #import fogbank::sparse
 #import fogbank::haze
 #import fogbank::surface::attenuated
+#ifdef TABLES
+#import fogbank::grid::light_table
+#endif
 
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
@@ -23,6 +26,10 @@
 #ifdef BLOBS
 /// For every lamp of this pass, its optical depth to every pixel's surface; lamps outside.
 @group(0) @binding(6) var<storage, read> depths: array<f32>;
+#endif
+#ifdef TABLES
+/// What each lamp's table covers.
+@group(0) @binding(8) var<storage, read> extents: array<light_table::Extent>;
 #endif
 #ifdef LOW
 /// The same in the low resolution; 0 stands above for what comes from here.
@@ -76,7 +83,12 @@ fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -
     let pixels = u32(frame.targets.x) * u32(frame.targets.y);
     return depths[(place - part.first) * pixels + view::index_of(frame, pixel)];
 #else
-    return haze::mean(point, point + toward) * length(toward);
+    let distance_m = length(toward);
+    var mean = haze::mean(point, point + toward);
+#ifdef TABLES
+    mean += light_table::mean(extents[place], -toward, distance_m);
+#endif
+    return mean * distance_m;
 #endif
 }
 

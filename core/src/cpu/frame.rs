@@ -59,8 +59,7 @@ pub fn render(
 
     let mut fills = false;
     for context in &mut contexts {
-        let lines = context.interpolates();
-        fills |= fill_tables(context, cache, lines)?;
+        fills |= fill_tables(context, cache)?;
     }
     clock.lap("light_depth", fills)?;
 

@@ -27,13 +27,14 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     context.lamps.iter().map(side).collect()
 }
 
-/// For the mapped airlight: what lies between the lights and everything else, to draw straight `lines` through or cubics.
+/// For the mapped airlight: what lies between the lights and everything else, to draw straight lines through for the eye, else cubics.
 /// Whether any table had to be made.
 ///
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
-pub fn fill_tables(context: &mut Context, cache: &Cache, lines: bool) -> Result<bool, Interrupted> {
-    if !context.is_mapped() || !light_table::pay(context.field, context.interpolates()) {
+pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interrupted> {
+    let lines = context.interpolates();
+    if !context.is_mapped() || !light_table::pay(context.field, lines) {
         return Ok(false);
     }
     let fineness = Fineness::of(context.lamps.len(), context.view.quality, lines);

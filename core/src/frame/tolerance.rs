@@ -1,5 +1,6 @@
 //! What the mapped airlight of a picture may miss.
 
+use crate::media::Field;
 use crate::request::{Quality, View};
 
 /// What a patch may miss.
@@ -99,14 +100,21 @@ pub struct Fineness {
     pub hidden: f32,
     /// Half a cell's diagonal is at most this [rad].
     pub wide: f32,
+    /// Optical depth that is as good as nothing.
+    pub unseen: f32,
 }
 
+/// Where there is less than this share of the heaviest lump, or of an optical depth of 1, the air is as good
+/// as clear.
+const UNSEEN: f64 = 1e-3;
+
 impl Fineness {
-    /// Of a picture for the eye, or of one in motion.
-    pub fn of(view: &View) -> Self {
+    /// Of a picture for the eye, or of one in motion, of some fog.
+    pub fn of(view: &View, field: &Field) -> Self {
         /// Cells along the shorter side of the picture, at least: one of a few pixels sees as much in each as
         /// others do.
         const ALONG: f32 = 12.0;
+        let unseen = (UNSEEN * field.heaviest().min(1.0)) as f32;
         let usual = if view.quality == Quality::Draft {
             Self {
                 side: 32.0,
@@ -116,6 +124,7 @@ impl Fineness {
                 rough: 0.05,
                 hidden: 0.4,
                 wide: 0.2,
+                unseen,
             }
         } else {
             Self {
@@ -126,6 +135,7 @@ impl Fineness {
                 rough: 0.004,
                 hidden: 0.015,
                 wide: 0.1,
+                unseen,
             }
         };
         let most = view.width.min(view.height) as f32 / ALONG;

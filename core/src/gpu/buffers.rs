@@ -4,7 +4,7 @@
 use super::compose::HAZE_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
-    self, Anchor, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Tolerance, Triangle, View,
+    self, Anchor, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
 };
 use crate::airlight::fogshop2007::Eye;
 use crate::airlight::{Method, sun2005};
@@ -13,21 +13,25 @@ use crate::frame::context::Context;
 use crate::frame::light_table::LightTable;
 use crate::frame::lights::light_sides;
 use crate::frame::samples;
-use crate::frame::tolerance::{self, THIN};
+use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Grid;
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
 use crate::media::gaussians::Gaussian;
 use crate::media::{Field, Media, PICTURE_LOSS};
-use crate::quadrature::gauss_legendre;
+use crate::phase::PhaseFunction;
 use crate::shapes::{Geometry, Solid};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 use wgpu::{BindingResource, BufferUsages};
 
 /// Depth at which triangles are cut off in front of the camera [m].
 const CUT_OFF: f32 = 1e-5;
-/// Optical depth that the mapped airlight may lose of all blobs together.
+/// The number of the binding that `fogbank::grid::light_table` has for its samples.
+const SAMPLES_BINDING: u32 = 16;
+/// Lights' samples, written one table after the other.
+const SAMPLES: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST);
+/// Optical depth that airlight on the grid may lose of all blobs together.
 const TAILS: f64 = 1e-7;
 
 /// Triangles of a scene's meshes and heightfields.
@@ -41,30 +45,47 @@ pub struct Triangles {
     pub count: u32,
 }
 
-/// A light's table on the device.
+/// The tables of all lights on the device.
 #[derive(Debug)]
-pub struct Table {
-    /// What it covers.
-    pub extent: Buffer,
-    /// Its samples.
-    pub means: Buffer,
+pub struct Tables {
+    /// What each covers.
+    pub extents: Buffer,
+    /// Their samples, one table after the other.
+    pub samples: Buffer,
 }
 
-impl Table {
-    /// The table of a light.
+impl Tables {
+    /// Of a frame's lamps, some of which may have none.
     ///
     /// # Errors
-    /// Where there is no memory for it.
-    pub fn new(device: &Device, table: &LightTable) -> Result<Self, Failure> {
-        let [across, down, toward] = table.axes().map(|axis| axis.as_vec3());
-        let [first, density, side, shells] = table.scale();
-        let reach = table.reach();
-        let extent = Extent { across, reach, down, first, toward, density, side, shells };
-        let means: &[u8] = bytemuck::cast_slice(table.values());
-        Ok(Self {
-            extent: device.filled(&layout::one(&extent), BufferUsages::UNIFORM)?,
-            means: device.filled(means, BufferUsages::STORAGE)?,
-        })
+    /// Where there is no memory for them.
+    pub fn new(device: &Device, context: &Context) -> Result<Self, Failure> {
+        let tables = || context.lamps.iter().map(|lamp| lamp.table.as_ref().as_ref());
+        let mut begin = 0;
+        let extent = |table: Option<&LightTable>| {
+            let Some(table) = table else { return Extent::default() };
+            let [across, down, toward] = table.axes().map(|axis| axis.as_vec3());
+            let [first, density, side, shells] = table.scale();
+            let reach = table.reach();
+            let own = begin as u32;
+            begin += table.values().len();
+            Extent { across, reach, down, first, toward, density, side, shells, begin: own }
+        };
+        let extents = layout::list(tables().map(extent).collect());
+        let samples = device.buffer(4 * begin.max(1) as u64, SAMPLES)?;
+        let mut at = 0;
+        for table in tables().flatten() {
+            let bytes: &[u8] = bytemuck::cast_slice(table.values());
+            device.queue.write_buffer(&samples.handle, at, bytes);
+            at += bytes.len() as u64;
+        }
+        Ok(Self { extents: device.filled(&extents, BufferUsages::STORAGE)?, samples })
+    }
+
+    /// Both, the extents under a number of the pass.
+    pub fn entries(&self, extents: u32) -> [(u32, BindingResource<'_>); 2] {
+        [(extents, &self.extents), (SAMPLES_BINDING, &self.samples)]
+            .map(|(binding, buffer)| (binding, buffer.handle.as_entire_binding()))
     }
 }
 
@@ -90,18 +111,6 @@ impl Triangles {
         })
     }
 }
-
-/// Nodes of the rules that shaders choose from.
-const SIZES: [usize; 5] = [32, 64, 128, 256, 512];
-
-/// The rules, as shaders read them: the same in every frame.
-static RULES: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let rule = |size: usize| {
-        let (nodes, weights) = gauss_legendre(size);
-        nodes.into_iter().zip(weights).map(|(x, w)| Vec2::new(x as f32, w as f32))
-    };
-    layout::list(SIZES.into_iter().flat_map(rule).collect())
-});
 
 /// Planes, spheres and boxes.
 #[derive(Debug)]
@@ -136,7 +145,7 @@ pub struct KeptLists {
     haze: Kept<Seen, Vec<Buffer>>,
     blobs: Kept<(Seen, bool), Buffer>,
     lit: Kept<(Same<Field>, Eye, Vec<Source>), Lit>,
-    rules: Kept<usize, Buffer>,
+    tables: Kept<Vec<Same<Option<LightTable>>>, Tables>,
 }
 
 impl Default for KeptLists {
@@ -147,7 +156,7 @@ impl Default for KeptLists {
             haze: Kept::new(LISTS, |_, _| 0),
             blobs: Kept::new(LISTS, |_, _| 0),
             lit: Kept::new(LISTS, |_, _| 0),
-            rules: Kept::new(LISTS, |_, _| 0),
+            tables: Kept::new(LISTS, |_, _| 0),
         }
     }
 }
@@ -160,7 +169,7 @@ impl KeptLists {
         self.haze.clear();
         self.blobs.clear();
         self.lit.clear();
-        self.rules.clear();
+        self.tables.clear();
     }
 }
 
@@ -183,10 +192,12 @@ pub struct Lists {
     lit: Arc<Lit>,
     /// Materials, the background behind them.
     pub materials: Arc<Buffer>,
-    /// Abscissae and weights of Gauss–Legendre rules, one rule after the other.
-    pub rules: Arc<Buffer>,
-    /// What a patch of the mapped airlight may miss.
-    pub tolerance: Buffer,
+    /// The lamps' tables, in pictures that a grid serves.
+    pub tables: Option<Arc<Tables>>,
+    /// The phase functions of all groups, tabulated.
+    pub phases: Buffer,
+    /// How fine the grid is, if there is one.
+    pub fineness: Fineness,
 }
 
 impl Lists {
@@ -214,6 +225,8 @@ impl Lists {
         let haze = || haze(context).into_iter().map(list).collect();
         let is_mapped = context.method == Method::Auto;
         let lit = lit(device, kept, context, cache)?;
+        let own: Vec<_> = context.lamps.iter().map(|lamp| Same::new(&lamp.table)).collect();
+        let tables = || kept.tables.get(&own, progress, || Tables::new(device, context));
         Ok(Self {
             anchor: device.filled(&layout::one(&Anchor { shift }), BufferUsages::UNIFORM)?,
             shapes: kept.shapes.get(&on_scene, progress, shapes)?,
@@ -227,8 +240,9 @@ impl Lists {
             materials: kept
                 .materials
                 .get(&of_scene, progress, || list(layout::list(materials(context))))?,
-            rules: kept.rules.get(&0, progress, || device.filled(&RULES, BufferUsages::STORAGE))?,
-            tolerance: device.filled(&layout::one(&tolerance(context)), BufferUsages::UNIFORM)?,
+            tables: context.interpolates().then(tables).transpose()?,
+            phases: list(layout::list(phases(context)))?,
+            fineness: Fineness::of(&context.view, context.field),
         })
     }
 
@@ -266,18 +280,14 @@ fn lit(
     })
 }
 
-fn tolerance(context: &Context) -> Tolerance {
-    let t = tolerance::Tolerance::new(&context.view, context.field.lumps());
-    Tolerance {
-        near: t.near,
-        hidden: t.hidden,
-        wide: t.wide,
-        rough: t.rough as f32,
-        agree: t.agree as f32,
-        unmet: t.unmet as f32,
-        layer: t.layer,
-        thin: THIN,
-    }
+/// k and ∫ k dα of every group that scatters, one after the other; nothing is read of the others.
+fn phases(context: &Context) -> Vec<Vec2> {
+    let of_group = |group: usize| {
+        let own = context.scatters.iter().find(|scatter| scatter.group == group);
+        let [values, sums] = own.map_or(PhaseFunction::ISOTROPIC, |own| own.phase).tabulated();
+        values.into_iter().zip(sums).map(|(value, sum)| Vec2::new(value, sum))
+    };
+    (0..context.field.groups().len()).flat_map(of_group).collect()
 }
 
 /// Rows of the media in closed form, a list each: the groups one after the other, the group behind each row.

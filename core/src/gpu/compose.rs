@@ -27,12 +27,13 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
     let each = |text: &str| stems().map(|stem| text.replace("STEM", stem)).collect::<String>();
     let structs = each("struct Grouped_STEM { row: STEM::Row, group: u32 }\n");
     let sum = |name: &str, parameters: &str, arguments: &str, kind: &str| {
-        let is_own =
-            if parameters.starts_with("group") { "STEM_rows[i].group == group" } else { "true" };
+        let is_of_group = parameters.starts_with("group");
+        let is_own = if is_of_group { "STEM_rows[i].group == group" } else { "true" };
+        let of_row = name.trim_start_matches("group_");
         let loops = each(&format!(
             "    for (var i = 0u; i < arrayLength(&STEM_rows); i++) {{
         if {is_own} {{
-            sum += STEM::{name}(STEM_rows[i].row{arguments});
+            sum += STEM::{of_row}(STEM_rows[i].row{arguments});
         }}
     }}\n"
         ));
@@ -52,6 +53,7 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
         bindings.collect(),
         sum("extinction", "group: u32, point: vec3<f32>", ", point", "f32"),
         sum("mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
+        sum("group_mean", "group: u32, a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
         sum("bounds", "", "", "vec2<f32>"),
         "fn depth(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
     return length_m * mean(origin, origin + length_m * direction);
@@ -90,17 +92,16 @@ const MODULES: &[(&str, &str)] = &sources![
     "airlight/sun2005",
     "airlight/fogshop2007",
     "surface/attenuated",
-    "airlight/mapped",
-    "mapped/pilot",
-    "mapped/pixels",
-    "mapped/around",
-    "mapped/batch",
-    "mapped/patch",
-    "mapped/light_table",
+    "grid/around",
+    "grid/cell",
+    "grid/crossing",
+    "grid/glow",
+    "grid/light_table",
+    "grid/rule",
 ];
 
 /// What passes import that itself imports `fogbank::haze`.
-const MODULES_WITH_HAZE: &[(&str, &str)] = &sources!["mapped/section"];
+const MODULES_WITH_HAZE: &[(&str, &str)] = &sources!["grid/block"];
 
 macro_rules! passes {
     ($($(#[$doc:meta])* $name:ident = $stem:literal),* $(,)?) => {
@@ -137,8 +138,10 @@ passes! {
     Haze = "haze",
     /// Blobs along view rays, tile by tile.
     BlobTiles = "blob_tiles",
-    /// Airlight by the mapped rule, patch by patch.
-    Mapped = "mapped",
+    /// Where the rays of a grid are tabulated.
+    Knots = "knots",
+    /// Airlight on a grid of rays.
+    Grid = "grid",
     /// What lies between a light and the surfaces.
     LightDepth = "light_depth",
     /// Light from the surfaces.
@@ -190,14 +193,14 @@ pub fn of_tonemap(tonemap: Tonemap) -> &'static [&'static str] {
 /// What a pass may be put together with: one choice of every list.
 fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
-        Pass::Triangles | Pass::Shapes => vec![],
+        Pass::Triangles | Pass::Shapes | Pass::Knots => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
         Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
         Pass::BlobTiles => {
             vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
         }
-        Pass::Mapped => vec![vec![&[], &["LIGHT_TABLE"]]],
-        Pass::Surface => vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"]]],
+        Pass::Grid => vec![vec![&[], &["EDGES"]]],
+        Pass::Surface => vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"], &["TABLES"]]],
         Pass::Composite => vec![
             Layer::ALL.map(of_layer).to_vec(),
             vec![&[], &["FOG_BUFFER"]],

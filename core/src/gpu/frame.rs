@@ -168,10 +168,7 @@ impl<'a> Recorder<'a> {
         }
         if self.context.shows_fog() {
             self.haze()?;
-            self.blobs()?;
-        }
-        if self.context.is_mapped() {
-            self.mapped()?;
+            if self.context.interpolates() { self.grid(is_first) } else { self.blobs() }?;
         }
         self.composite(is_first)?;
         self.submit()
@@ -261,15 +258,14 @@ impl Targets {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
             gpu.device.buffer(16 * (grid.width * grid.height) as u64, usage)
         };
-        let is_low = is_low(context) && context.shows_fog();
-        let computes = context.shows_fog() || context.is_mapped();
+        let is_low = is_low(context) && context.shows_fog() && !context.interpolates();
         Ok(Self {
             hits: target(LIGHT)?,
             surfaces: target(NUMBER)?,
             depth: target(DEPTH)?,
             radiance: target(LIGHT)?,
             fog: target(LIGHT)?,
-            computed: computes.then(|| list(grid)).transpose()?,
+            computed: context.shows_fog().then(|| list(grid)).transpose()?,
             low: is_low.then(|| list(low(grid))).transpose()?,
             edges: (samples > 1).then(|| target(NUMBER)).transpose()?,
             sums: target(LIGHT)?,

@@ -58,16 +58,16 @@ rows! {
     Smooth in "triangles" { a: Vec3, b: Vec3, c: Vec3 }
     /// Where triangles are relative to.
     Anchor in "triangles" { shift: Vec3 }
-    /// The work of a dispatch of the mapped airlight.
-    Task in "mapped" { scatter: u32, side: u32, group: u32, g: f32 }
-    /// What a patch of the mapped airlight may miss.
-    Tolerance in "fogbank::mapped::patch" {
-        near: f32, hidden: f32, wide: f32, rough: f32, agree: f32, unmet: f32, layer: f32, thin: f32
+    /// The work of a dispatch of cells of the grid.
+    Task in "grid" { side: u32, alone: u32, rough: f32, at_edges: u32 }
+    /// How fine the grid is.
+    Fineness in "fogbank::grid::block" {
+        near: f32, glow: f32, hidden: f32, wide: f32, unseen: f32, knots: u32, groups: u32
     }
     /// What a light's table covers.
-    Extent in "fogbank::mapped::light_table" {
+    Extent in "fogbank::grid::light_table" {
         across: Vec3, reach: f32, down: Vec3, first: f32, toward: Vec3, density: f32, side: f32,
-        shells: f32
+        shells: f32, begin: u32
     }
     /// A plane, a sphere or a box.
     Shape in "shapes" { first: Vec4, second: Vec4, kind: u32, surface: u32 }
@@ -95,7 +95,8 @@ pub fn one<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::structs;
-    use crate::gpu::compose::{compositions, module};
+    use crate::gpu::compose::{Pass, compositions, module};
+    use crate::gpu::passes::BLOCK_BYTES;
     use naga_oil::compose::Composer;
     use wgpu::naga::{Module, TypeInner};
 
@@ -127,5 +128,14 @@ mod tests {
             let fields: Vec<_> = fields.into_iter().map(|(f, at)| (f.to_owned(), at)).collect();
             assert_eq!((members, span), (fields, size), "{name} of {place}");
         }
+    }
+
+    /// Blocks are written and read on the device alone, which is told how much room they take.
+    #[test]
+    fn blocks_take_as_much_room_as_the_shaders_say() {
+        let key = compositions().into_iter().find(|key| key.pass == Pass::Knots).unwrap();
+        let name = Composer::decorated_name(Some("fogbank::grid::block"), "Block");
+        let (_, span) = layout(&module(&key).unwrap(), &name).unwrap();
+        assert_eq!(span, BLOCK_BYTES);
     }
 }

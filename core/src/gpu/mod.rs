@@ -20,8 +20,7 @@ pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
 use crate::frame::cache::Cache;
-use crate::frame::context::{Context, Lamp};
-use crate::frame::light_table::LightTable;
+use crate::frame::context::Context;
 use crate::frame::lights::fill_tables;
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
@@ -29,7 +28,7 @@ use crate::progress::Progress;
 use crate::request::View;
 use crate::scene::CheckedScene;
 use crate::shapes::Geometry;
-use buffers::{KeptLists, Lists, Table, Triangles};
+use buffers::{KeptLists, Lists, Triangles};
 use compose::Pass;
 use device::Device;
 use frame::Picture;
@@ -39,15 +38,11 @@ use std::sync::Arc;
 use std::time::Instant;
 use timer::Times;
 
-/// Blobs that the mapped airlight takes: those that a tile's marks hold (`CHUNK` in
-/// `shaders/tile.wgsl`), and those that it sums up
-/// towards a light without a table at each place. More take a device longer than it is waited for.
-const MOST_MARKED: usize = 1 << 16;
+/// Blobs that are summed up towards a light without a table at each place. More take a device longer than it is
+/// waited for.
 const MOST_UNTABLED: usize = 1024;
 /// Geometries whose triangles stay on a device, which itself counts bytes.
 const GEOMETRIES: Most = Most { entries: 2, bytes: usize::MAX };
-/// Tables of lights that stay there: of a frame with the most lights, or of several with few.
-const TABLES: Most = Most { entries: 64, bytes: usize::MAX };
 
 /// A device and all that is kept on it.
 #[derive(Debug)]
@@ -56,10 +51,7 @@ pub struct Gpu {
     pipelines: Pipelines,
     staging: Staging,
     triangles: Kept<Same<Geometry>, Triangles>,
-    tables: Kept<Same<Option<LightTable>>, Table>,
     lists: KeptLists,
-    /// Whether it forms the mapped airlight.
-    maps: bool,
 }
 
 impl Gpu {
@@ -80,23 +72,13 @@ impl Gpu {
     }
 
     fn new(device: Device) -> Self {
-        // A driver in software takes seconds for what the CPU's lanes do in a tenth of one.
-        let maps = device.is_hardware();
         Self {
             device,
             pipelines: Pipelines::default(),
             staging: Staging::default(),
             triangles: Kept::new(GEOMETRIES, |_, _| 0),
-            tables: Kept::new(TABLES, |_, _| 0),
             lists: KeptLists::default(),
-            maps,
         }
-    }
-
-    /// Forms the mapped airlight, whatever the adapter.
-    #[must_use]
-    pub fn with_mapped(self) -> Self {
-        Self { maps: true, ..self }
     }
 
     /// Makes the pipelines that usual frames need, before they do.
@@ -108,7 +90,6 @@ impl Gpu {
             // Other layers are put together on first use.
             key.pass != Pass::Composite || key.defines.contains(&"LAYER_BEAUTY")
         });
-        let usual = usual.filter(|key| self.maps || key.pass != Pass::Mapped);
         usual.map(|key| self.pipelines.get(&self.device, &key)).try_for_each(|made| made.map(drop))
     }
 
@@ -128,10 +109,11 @@ impl Gpu {
     }
 
     /// Whether there is a pass for the airlight that is asked for; what is not shown needs none.
-    fn takes(&self, context: &Context) -> bool {
+    fn takes(context: &Context) -> bool {
         let has_pass = match context.method {
             Method::None | Method::Sun2005 | Method::Fogshop2007 => true,
-            Method::Auto => self.maps,
+            // Numbers are the CPU's.
+            Method::Auto => context.interpolates() || context.scatters.is_empty(),
             Method::Reference | Method::March(_) => false,
         };
         has_pass || !context.shows_airlight()
@@ -179,11 +161,11 @@ impl Gpu {
         geometry: &Arc<Geometry>,
     ) -> Result<Option<(Picture, Vec<Lap>)>, Failure> {
         let begun = Instant::now();
-        if !self.takes(&context) {
+        if !Self::takes(&context) {
             return Ok(None);
         }
-        fill_tables(&mut context, cache, false)?;
-        if context.method == Method::Auto && sums_too_many(&context) {
+        fill_tables(&mut context, cache)?;
+        if sums_too_many(&context) {
             return Ok(None);
         }
         let mut timings = vec![Lap::new("prepare", begun.elapsed())];
@@ -216,7 +198,6 @@ impl Gpu {
     fn forget(&self) {
         self.staging.clear();
         self.triangles.clear();
-        self.tables.clear();
         self.lists.clear();
     }
 
@@ -238,8 +219,8 @@ fn total(bands: Vec<Vec<Lap>>) -> Vec<Lap> {
     laps
 }
 
+/// Whether lights without a table have too many blobs around them.
 fn sums_too_many(context: &Context) -> bool {
-    let has_none = |lamp: &Lamp| lamp.table.is_none();
-    let most = if context.lamps.iter().any(has_none) { MOST_UNTABLED } else { MOST_MARKED };
-    context.shows_airlight() && context.field.lumps() > most
+    let has_none = context.lamps.iter().any(|lamp| lamp.table.is_none());
+    context.interpolates() && has_none && context.field.lumps() > MOST_UNTABLED
 }

@@ -98,7 +98,11 @@ fn make(device: &Device, key: &Composition) -> Result<Pipeline, Failure> {
             layout: None,
             module: &shader,
             entry_point: None,
-            compilation_options: Default::default(),
+            // Passes write their own memory before they read it; one invocation would clear all of it.
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
             cache: None,
         }))
     } else {
@@ -121,7 +125,7 @@ fn bindings(module: &Module) -> Result<Vec<u32>, Failure> {
 }
 
 fn is_compute(pass: Pass) -> bool {
-    matches!(pass, Pass::BlobTiles | Pass::LightDepth | Pass::Mapped)
+    matches!(pass, Pass::BlobTiles | Pass::LightDepth | Pass::Knots | Pass::Grid)
 }
 
 /// What a composition draws to.

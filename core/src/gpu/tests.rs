@@ -76,17 +76,31 @@ fn surfaces_are_the_cpus() {
     check(Layer::Surface, Airlight::None, 1e-3);
 }
 
-/// Both place their nodes each for itself, and look lights up in the same tables.
+/// What two grids of drafts may differ by where one backend quarters a cell and the other does not: as much as
+/// drafts may be off.
+const BOTH: f32 = 0.05;
+
+/// A small picture; of `auto` airlight, which is the CPU's as numbers, a draft.
+fn shown_by_grid(layer: Layer, airlight: Airlight) -> View {
+    let is_on_grid = matches!((layer, airlight), (Layer::Airlight | Layer::Beauty, Airlight::Auto));
+    let quality = if is_on_grid { Quality::Draft } else { Quality::Full };
+    View { width: 64, height: 48, quality, ..view(layer, airlight) }
+}
+
+/// The same knots and tables, each in its own arithmetic, in cells of their own.
 #[test]
-fn the_mapped_airlight_is_the_cpus() {
-    let gpu = gpu().with_mapped();
-    for name in ["steaming-vessel", "terrain-292"] {
+fn the_grid_is_the_cpus() {
+    let gpu = gpu();
+    for name in ["steaming-vessel", "terrain-292", "city-353"] {
         let preset = presets::all().into_iter().find(|preset| preset.name == name);
         let scene = preset.expect("a preset").scene.check().expect("a valid preset");
-        let view = View { width: 96, height: 72, ..view(Layer::Airlight, Airlight::Auto) };
-        let frames = both(&gpu, &scene, &view);
-        let off = differing(&frames, 2e-3);
-        assert!(100 * off <= frames[1].pixels.len(), "{name}: {off}");
+        for layer in [Layer::Airlight, Layer::Beauty] {
+            let view = View { width: 160, height: 120, ..shown_by_grid(layer, Airlight::Auto) };
+            let frames = both(&gpu, &scene, &view);
+            assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
+            let off = differing(&frames, BOTH);
+            assert!(50 * off <= frames[1].pixels.len(), "{name} {layer:?}: {off}");
+        }
     }
 }
 
@@ -94,14 +108,13 @@ fn the_mapped_airlight_is_the_cpus() {
 /// lamps, and the light that it scatters.
 #[test]
 fn every_medium_is_the_cpus() {
-    let gpu = gpu().with_mapped();
+    let gpu = gpu();
     for (kind, _, terms) in KINDS {
         for (layer, share) in
-            [(Layer::OpticalDepth, 1e-4), (Layer::Surface, 1e-3), (Layer::Airlight, 2e-3)]
+            [(Layer::OpticalDepth, 1e-4), (Layer::Surface, 1e-3), (Layer::Airlight, BOTH)]
         {
             let scene = selftest::scene(&format!(r#"{{"terms": {terms}}}"#)).expect("a scene");
-            let view = View { width: 64, height: 48, ..view(layer, Airlight::Auto) };
-            let frames = both(&gpu, &scene, &view);
+            let frames = both(&gpu, &scene, &shown_by_grid(layer, Airlight::Auto));
             assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
             let off = differing(&frames, share);
             assert!(100 * off <= frames[1].pixels.len(), "{kind} {layer:?}: {off}");
@@ -109,7 +122,7 @@ fn every_medium_is_the_cpus() {
     }
 }
 
-/// Terms that scatter in ways of their own, in fog of a coloured extinction: by the mapped rule, as published,
+/// Terms that scatter in ways of their own, in fog of a coloured extinction: on the grid, as published,
 /// and by Sun's closed form.
 #[test]
 fn coloured_smoke_is_the_cpus() {
@@ -127,9 +140,9 @@ fn coloured_smoke_is_the_cpus() {
     );
     let even = r#"{"terms": [{"kind": "homogeneous", "extinction": 0.05, "albedo": [1, 0.5, 0.2]},
         {"kind": "homogeneous", "extinction": [0.1, 0.05, 0.02], "albedo": [0.3, 0.6, 0.9]}]}"#;
-    let gpu = gpu().with_mapped();
+    let gpu = gpu();
     let fogs = [
-        (smoke.as_str(), Airlight::Auto, 2e-3),
+        (smoke.as_str(), Airlight::Auto, BOTH),
         (alike.as_str(), Airlight::Fogshop2007, 1e-3),
         (even, Airlight::Sun2005, 1e-3),
     ];
@@ -142,11 +155,13 @@ fn coloured_smoke_is_the_cpus() {
             (Layer::Airlight, share),
             (Layer::Beauty, share),
         ] {
-            let view = View { width: 64, height: 48, ..view(layer, airlight) };
+            let view = shown_by_grid(layer, airlight);
             let frames = both(&gpu, &scene, &view);
             assert_eq!(frames.each_ref().map(|frame| frame.channels), [3, 3]);
             let off = differing(&frames, share);
-            assert!(100 * off <= frames[1].pixels.len(), "{airlight:?} {layer:?}: {off}");
+            // In drafts the device carries depths from lamps to surfaces over, too.
+            let few = if view.quality == Quality::Draft { 50 } else { 100 };
+            assert!(few * off <= frames[1].pixels.len(), "{airlight:?} {layer:?}: {off}");
         }
     }
 }
@@ -191,6 +206,7 @@ fn pictures_look_like_the_cpus() {
     let gpu = gpu();
     for (airlight, tonemap) in [
         (Airlight::Fogshop2007, Tonemap::Agx),
+        (Airlight::Auto, Tonemap::Agx),
         (Airlight::None, Tonemap::Reinhard),
         (Airlight::None, Tonemap::None),
     ] {
@@ -297,7 +313,7 @@ fn resident_mb() -> usize {
 /// Every pipeline that a frame may need is one that the device takes.
 #[test]
 fn the_device_warms_up() {
-    gpu().with_mapped().warm_up().expect("all pipelines");
+    gpu().warm_up().expect("all pipelines");
 }
 
 /// Threads share a device; whoever waits gets its own picture.

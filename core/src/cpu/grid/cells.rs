@@ -3,12 +3,16 @@
 use super::{BLOCK, Grid};
 use crate::cpu::places::{CONTROL, Member, PLACES, Samples, cone};
 use crate::frame::context::Context;
+use crate::geometry::batch::{Ends, SIZE, get3};
 use crate::media::{Patched, Sum};
 use crate::num::Num;
-use glam::{DVec2, Vec2};
+use glam::{DVec2, Vec2, Vec3};
 
 /// No cell is smaller [px]: between its rays is a pixel.
 const LEAST: f32 = 2.0;
+
+/// An edge of the fog no farther than this share before a ray's end is its end: where fog lies on a floor.
+const ALIKE: f32 = 1e-4;
 
 /// Where the ray is that a cell is checked by: cubics, which quadratics miss, vanish in its middle.
 pub const CHECK: [f64; 2] = [0.58, 0.42];
@@ -90,31 +94,27 @@ impl Cell {
         grid.images.iter().map(near).collect()
     }
 
-    /// Whether some of its rays pass an edge of the fog that others do not.
-    fn passes_an_edge(&self, grid: &Grid) -> bool {
-        if !grid.has_edges {
-            return false;
-        }
-        let passed = |place: &Vec2| {
+    /// Whether some of its samples pass an edge of the fog that others do not, or that some of the rays
+    /// around them do not.
+    fn is_cut(&self, grid: &Grid, passed: &Passed) -> bool {
+        let Some(first) = self.members.first().filter(|_| grid.has_edges) else { return false };
+        let wanted = passed.by(*first);
+        let mut edges = Vec::new();
+        let mut around = |place: &Vec2| {
             let (start, direction) = grid.context.viewpoint.ray(place.as_dvec2());
-            let mut edges = Vec::new();
-            grid.haze.edges(start.as_vec3(), direction.as_vec3(), &mut edges);
-            edges.iter().filter(|edge| **edge > 0.0 && **edge < self.ends[1]).count()
+            let ray = (start.as_vec3(), direction.as_vec3());
+            count(grid, ray, passed.deepest, &mut edges)
         };
-        let rays = self.rays();
-        let first = passed(&rays[0]);
-        rays.iter().any(|place| passed(place) != first)
+        self.members.iter().any(|member| passed.by(*member) != wanted)
+            || self.rays().iter().any(|place| around(place) < wanted)
     }
 
     /// Whether it is too large for what its rays may see: a lamp's image is near, lumps are so small that
     /// they may stand between the rays, or the rays spread too much.
-    pub fn is_coarse(&self, grid: &Grid, fog: &Sum<dyn Patched>) -> bool {
+    pub fn is_coarse(&self, grid: &Grid, fog: &Sum<dyn Patched>, passed: &Passed) -> bool {
         let Grid { context, fineness, .. } = grid;
-        if self.passes_an_edge(grid) {
+        if self.is_cut(grid, passed) {
             return true;
-        }
-        if self.is_least() {
-            return false;
         }
         if self.side > fineness.glow && self.near(grid).contains(&true) {
             return true;
@@ -125,6 +125,43 @@ impl Cell {
         let hides = lumps.hidden_squared.sqrt() > fineness.hidden * lumps.depth.min(1.0);
         hides || cone.spread > fineness.wide
     }
+}
+
+/// How many edges of the fog the samples of a block pass.
+pub struct Passed {
+    /// Batch by batch; none where the fog has no edges.
+    counts: Vec<[u8; SIZE]>,
+    /// Where the block's longest ray ends [m].
+    deepest: f32,
+}
+
+impl Passed {
+    /// By all samples of a block.
+    pub fn new(grid: &Grid, samples: &Samples, deepest: f32) -> Self {
+        let mut edges = Vec::new();
+        let of_batch = |Ends { rays, hits }: &Ends| {
+            let mut counts = [0; SIZE];
+            for (at, own) in counts.iter_mut().enumerate().take(rays.count) {
+                let end = hits.length[at] * (1.0 - ALIKE);
+                let ray = (get3(&rays.offset, at), get3(&rays.direction, at));
+                *own = count(grid, ray, end, &mut edges) as u8;
+            }
+            counts
+        };
+        let counts = samples.block.iter().filter(|_| grid.has_edges).map(of_batch).collect();
+        Self { counts, deepest }
+    }
+
+    fn by(&self, member: Member) -> usize {
+        self.counts[member.batch()][member.at()].into()
+    }
+}
+
+/// How many edges of the fog a ray passes before it ends; `edges` is room for them.
+fn count(grid: &Grid, ray: (Vec3, Vec3), end: f32, edges: &mut Vec<f32>) -> usize {
+    edges.clear();
+    grid.haze.edges(ray.0, ray.1, edges);
+    edges.iter().filter(|edge| **edge > 0.0 && **edge < end).count()
 }
 
 /// How much the eight rays around a cell count at places of the square [−1, 1]²: those quadratics that are 1

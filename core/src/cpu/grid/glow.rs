@@ -5,12 +5,10 @@
 use crate::geometry::control::{Each, PADDED};
 use crate::light::ToLight;
 use crate::num::{Lanes, Num};
-use crate::phase::PhaseFunction;
+use crate::phase::{PhaseFunction, STEPS};
 use fearless_simd::Simd;
 use std::f64::consts::PI;
 
-/// Steps of a tabulated phase function: a peak of g = 0.95 is twenty of them wide.
-const STEPS: usize = 1024;
 /// Below this angle [rad] the phase function is as good as constant: a difference of its integrals has few digits.
 const NARROW: f32 = 0.02;
 
@@ -23,21 +21,7 @@ pub struct Glow {
 impl Glow {
     /// Of a phase function.
     pub fn new(phase: PhaseFunction) -> Self {
-        if phase.is_isotropic() {
-            return Self { table: None };
-        }
-        let step = PI / STEPS as f64;
-        let value = |i: f64| phase.value((i * step).cos());
-        let mut sum = 0.0;
-        let (mut values, mut sums) = (vec![value(0.0) as f32], vec![0.0]);
-        for i in 0..STEPS {
-            // Simpson's rule.
-            let at = i as f64;
-            sum += step / 6.0 * (value(at) + 4.0 * value(at + 0.5) + value(at + 1.0));
-            values.push(value(at + 1.0) as f32);
-            sums.push(sum as f32);
-        }
-        Self { table: Some([values, sums]) }
+        Self { table: (!phase.is_isotropic()).then(|| phase.tabulated()) }
     }
 
     /// ∫ k dα over a turn from an angle on.

@@ -54,6 +54,22 @@ pub struct Knots {
     at: Vec<(usize, f32)>,
 }
 
+/// What of the picture a block covers [px].
+#[derive(Clone, Copy)]
+struct Area {
+    middle: Vec2,
+    half: Vec2,
+}
+
+impl Area {
+    /// Of a block with that corner: rays beside the picture would see other fog.
+    fn new(grid: &Grid, corner: Vec2) -> Self {
+        let size = grid.context.viewpoint.size().as_vec2();
+        let half = 0.5 * (size - corner).min(Vec2::splat(BLOCK as f32));
+        Self { middle: corner + half, half }
+    }
+}
+
 /// From where to where the rays of a block meet fog that is seen, and lumps [m].
 struct Reach {
     from: f32,
@@ -67,17 +83,18 @@ impl Knots {
     /// there is no fog.
     pub fn new(grid: &Grid, fog: &Sum<dyn Patched>, corner: Vec2, deepest: f32) -> Option<Self> {
         let viewpoint = &grid.context.viewpoint;
+        let area = Area::new(grid, corner);
         let place = |c: usize| {
             let at = Vec2::new((c % RAYS % 2) as f32, (c % RAYS / 2) as f32);
-            corner + BLOCK as f32 * (0.25 + 0.5 * at)
+            area.middle + area.half * (at - 0.5)
         };
         let rays = Control::new(|c| viewpoint.ray(place(c).as_dvec2()));
         let met = fog.on_rays(grid.context.job.level, &rays, viewpoint.parallel, 0.0);
-        let reach = Reach::new(grid, fog, &met, corner, deepest)?;
-        let (even, behind) = evenly(grid, &met, &reach, corner);
+        let reach = Reach::new(grid, fog, &met, area, deepest)?;
+        let (even, behind) = evenly(grid, &met, &reach, area);
         let Reach { from, to, .. } = reach;
         let mut knots = Self { from, to, edges: 0, behind: usize::MAX, at: Vec::new() };
-        knots.cut(grid, corner, &even);
+        knots.cut(grid, area, &even);
         if !knots.has_edges() {
             knots.part(behind);
         }
@@ -85,10 +102,12 @@ impl Knots {
     }
 
     /// Cuts knots at the edges that the rays of a block pass.
-    fn cut(&mut self, grid: &Grid, corner: Vec2, even: &[f32]) {
+    fn cut(&mut self, grid: &Grid, area: Area, even: &[f32]) {
         let inner = &even[1..even.len() - 1];
-        let place =
-            |c: usize| corner + BLOCK as f32 / 3.0 * Vec2::new((c % 4) as f32, (c / 4) as f32);
+        let place = |c: usize| {
+            let at = Vec2::new((c % 4) as f32, (c / 4) as f32) / 1.5 - 1.0;
+            area.middle + area.half * at
+        };
         let rays: [_; PADDED] = std::array::from_fn(|c| {
             let (start, direction) = grid.context.viewpoint.ray(place(c).as_dvec2());
             (start.as_vec3(), direction.as_vec3())
@@ -195,10 +214,9 @@ fn passed(haze: &Sum<dyn Smooth>, ray: (Vec3, Vec3), [from, to]: [f32; 2]) -> Ve
 
 /// The knots of a block as if there were no edges, from the first to the last; and where all lumps and lamps
 /// lie before [m].
-fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, corner: Vec2) -> (Vec<f32>, f32) {
+fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, area: Area) -> (Vec<f32>, f32) {
     let context = grid.context;
-    let middle = (corner + 0.5 * BLOCK as f32).as_dvec2();
-    let (offset, axis) = context.viewpoint.ray(middle);
+    let (offset, axis) = context.viewpoint.ray(area.middle.as_dvec2());
     let beside = |lamp: &Lamp| lamp.from_camera.beside(offset.into(), axis.into());
     let lamps: Vec<_> = context.lamps.iter().map(beside).collect();
     let at = places(reach, &lamps);
@@ -225,7 +243,7 @@ fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, corner: Vec2) -> (V
         let part = ((wanted - share[place]) / rise).clamp(0.0, 1.0) as f32;
         knots.push((at[place + 1] - at[place]).mul_add(part, at[place]));
     }
-    knots.extend(seen_from_near(grid, corner));
+    knots.extend(seen_from_near(grid, area.middle));
     knots.retain(|t| *t > reach.from && *t < reach.to);
     knots.sort_unstable_by(f32::total_cmp);
     let first = knots.first().copied().unwrap_or(reach.to);
@@ -238,9 +256,8 @@ fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, corner: Vec2) -> (V
 }
 
 /// Where the lamps are whose images are near: T towards a lamp has a cone there.
-fn seen_from_near(grid: &Grid, corner: Vec2) -> impl Iterator<Item = f32> {
+fn seen_from_near(grid: &Grid, middle: Vec2) -> impl Iterator<Item = f32> {
     let viewpoint = &grid.context.viewpoint;
-    let middle = corner + 0.5 * BLOCK as f32;
     let closest = move |lamp: &Lamp| {
         let image = viewpoint.project(lamp.from_camera.apex())?;
         let is_near = image.as_vec2().distance(middle) < 2.0 * BLOCK as f32;
@@ -295,13 +312,13 @@ impl Reach {
         grid: &Grid,
         fog: &Sum<dyn Patched>,
         met: &Sum<dyn OnRays>,
-        corner: Vec2,
+        area: Area,
         deepest: f32,
     ) -> Option<Self> {
         let deepest = deepest.min(met.hides_from(0.0, OPAQUE as f32));
-        let half = 0.5 * BLOCK as f32;
-        let rims = PLACES[..4].iter().map(|place| half * Vec2::from(*place)).collect::<Vec<_>>();
-        let lumps = fog.lumps(&cone(grid.context, corner + half, &rims, deepest));
+        let rims = PLACES[..4].iter().map(|place| area.half * Vec2::from(*place));
+        let rims = rims.collect::<Vec<_>>();
+        let lumps = fog.lumps(&cone(grid.context, area.middle, &rims, deepest));
         let dense = [lumps.begin.max(0.0), lumps.end.min(deepest)];
         let dense = (dense[0] < dense[1]).then_some(dense);
         let [from, to] = if grid.haze.is_empty() { dense? } else { [0.0, deepest] };

@@ -32,7 +32,7 @@ use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Tile;
 use crate::geometry::batch::{Ends, Fogged};
 use crate::media::{Purpose, Smooth, Sum};
-use cells::Cell;
+use cells::{Cell, Passed};
 use glam::Vec2;
 use glow::Glow;
 use knots::Knots;
@@ -40,12 +40,6 @@ use table::Table;
 
 /// Pixels along the side of a block.
 pub const BLOCK: usize = 64;
-/// The smallest cells may be off by so many times what larger ones may, before each of their samples gets a ray
-/// of its own: in tails of blobs, where little is seen, all would.
-const ALONE: f32 = 6.0;
-/// Where there is less than this share of the heaviest lump, or of an optical depth of 1, the air is as good
-/// as clear.
-const UNSEEN: f64 = 1e-3;
 
 /// What all blocks of a frame share.
 pub struct Grid<'a> {
@@ -60,8 +54,6 @@ pub struct Grid<'a> {
     fineness: Fineness,
     /// Where the lamp of each appears [px].
     images: Vec<Option<Vec2>>,
-    /// Optical depth that is as good as nothing.
-    unseen: f32,
 }
 
 impl<'a> Grid<'a> {
@@ -74,9 +66,8 @@ impl<'a> Grid<'a> {
             glows: asked.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
             has_edges: haze.has_edges(),
             haze,
-            fineness: Fineness::of(&context.view),
+            fineness: Fineness::of(&context.view, context.field),
             images: cells::images(context, asked),
-            unseen: (UNSEEN * context.field.heaviest().min(1.0)) as f32,
         }
     }
 
@@ -92,15 +83,15 @@ impl<'a> Grid<'a> {
         let deepest = open.iter().map(|cell| cell.ends[1]).fold(0.0, f32::max);
         let Some(knots) = Knots::new(self, &fog, corner, deepest) else { return };
         let mut table = Table::new(self, &fog, corner, knots);
+        let passed = Passed::new(self, &samples, deepest);
         let mut alone = Vec::new();
         while !open.is_empty() && !context.job.progress.is_over() {
             let (whole, mut split): (Vec<_>, Vec<_>) =
-                open.into_iter().partition(|cell| !cell.is_coarse(self, &fog));
+                open.into_iter().partition(|cell| !cell.is_coarse(self, &fog, &passed));
             table.follow(whole.iter().flat_map(Cell::rays));
             let first = table.add(&whole.iter().map(Cell::check).collect::<Vec<_>>());
             for (i, cell) in whole.into_iter().enumerate() {
-                let worse = if cell.is_least() { ALONE } else { 1.0 };
-                if table.is_rough(&cell, first + i, worse * fineness.rough) {
+                if table.is_rough(&cell, first + i, fineness.rough) {
                     split.push(cell);
                 } else {
                     look_up::cell(&table, &cell, &samples, fogged);

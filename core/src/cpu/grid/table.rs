@@ -172,11 +172,11 @@ impl<'a> Table<'a> {
             let depth = self.at(own, k, DEPTH);
             let off = (between(k, DEPTH) - depth).abs() * (-depth).exp();
             let seen = -(-depth).exp_m1();
-            if off > tolerance * seen.max(self.grid.unseen) {
+            if off > tolerance * seen.max(self.grid.fineness.unseen) {
                 return true;
             }
             // What no haze fills and few lumps reach.
-            if self.grid.haze.is_empty() && depth < self.grid.unseen {
+            if self.grid.haze.is_empty() && depth < self.grid.fineness.unseen {
                 return false;
             }
             let faint = |slot: usize| {

@@ -21,7 +21,7 @@ impl Recorder<'_> {
     /// Light from the surfaces, a few lamps at a time.
     pub fn surface_radiance(&mut self) -> Result<(), Failure> {
         let lamps = self.context.lamps.len() as u32;
-        if self.context.field.lumps() == 0 || lamps == 0 {
+        if self.context.field.lumps() == 0 || lamps == 0 || self.has_tables() {
             return self.reflect(&[], 0..lamps);
         }
         let pixels = (self.context.grid.width * self.context.grid.height) as u64;
@@ -69,8 +69,15 @@ impl Recorder<'_> {
         Ok(())
     }
 
+    /// Whether all lamps have tables that the eye may be shown.
+    fn has_tables(&self) -> bool {
+        let lamps = &self.context.lamps;
+        self.lists.tables.is_some() && lamps.iter().all(|lamp| lamp.table.is_some())
+    }
+
     fn reflect(&mut self, depths: &[Depths], lamps: Range<u32>) -> Result<(), Failure> {
         let defines: &[&str] = match depths.len() {
+            0 if self.has_tables() => &["TABLES"],
             0 => &[],
             1 => &["BLOBS"],
             _ => &["BLOBS", "LOW"],
@@ -87,6 +94,7 @@ impl Recorder<'_> {
             all(5, &span),
         ];
         entries.extend(lists.haze());
+        entries.extend(lists.tables.iter().flat_map(|tables| tables.entries(8)));
         entries.extend(depths.iter().map(|Depths { resolution, values }| {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
         }));

@@ -42,7 +42,9 @@ impl PatchBlob {
         let middle = b.dot(axis);
         lumps.depth += 2.0 * self.k * (-aside * aside).exp();
         lumps.begin = lumps.begin.min((middle - half - ENDS as f32) / self.a);
-        lumps.end = lumps.end.max((middle + ENDS as f32) / self.a);
+        // A ray that runs straight at it passes its middle as far away as it is.
+        let last = b.length().min(middle + half);
+        lumps.end = lumps.end.max((last + ENDS as f32) / self.a);
         if half > COARSE {
             let half = half.min(4.0);
             // The third derivative of a Gaussian, met over half a patch.

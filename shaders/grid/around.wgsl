@@ -1,21 +1,17 @@
 // What the blobs around some rays come to, before any of them is followed.
 //
-// Twin: Surroundings in core/src/cpu/mapped/patch.rs, span and most in
-// core/src/cpu/mapped/crossings.rs.
+// Twin: weigh in core/src/media/gaussians/lanes.rs.
 
-#define_import_path fogbank::mapped::around
+#define_import_path fogbank::grid::around
 
 #import fogbank::num
 #import fogbank::bundle
 #import fogbank::media::gaussians
-#import fogbank::airlight::mapped
 
 struct Fog {
     /// Where the first blob begins and the last one ends on any of the rays [m].
     begin: f32,
     end: f32,
-    /// The most optical depth that any ray meets.
-    most: f32,
     /// Optical depth along the middle ray, if it has no end.
     depth: f32,
     /// Optical depth that quadratics may miss of blobs that stand between the rays looked at,
@@ -25,13 +21,15 @@ struct Fog {
 
 /// Larger than any distance [m].
 const FAR: f32 = 1e30;
+/// Radii from its middle on a ray at which a blob has ended there: exp(−4²) is 1e-7.
+const ENDS: f32 = 4.0;
 /// Radii from its centre at which a blob has ended aside of a ray: exp(−4.3²) is 1e-8.
 const ASIDE: f32 = 4.3;
-/// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
+/// Blobs of which half a square's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
 
 fn nothing() -> Fog {
-    return Fog(FAR, -FAR, 0.0, 0.0, 0.0);
+    return Fog(FAR, -FAR, 0.0, 0.0);
 }
 
 /// Adds a blob, if some ray of the bundle meets it.
@@ -47,15 +45,13 @@ fn add(fog: ptr<function, Fog>, blob: gaussians::Blob, rays: bundle::Bundle) {
         return;
     }
     let range = bundle::closest_approach(rays, center);
-    (*fog).begin = min((*fog).begin, range.x - mapped::ENDS / a);
-    (*fog).end = max((*fog).end, range.y + mapped::ENDS / a);
-    let peak = num::exp_bounded(-miss * miss);
-    (*fog).most += 2.0 * k * peak;
+    (*fog).begin = min((*fog).begin, range.x - ENDS / a);
+    (*fog).end = max((*fog).end, range.y + ENDS / a);
     (*fog).depth += 2.0 * k * num::exp_bounded(-aside * aside);
     if half > COARSE {
-        // The third derivative of a Gaussian, met over half a patch.
+        // The third derivative of a Gaussian, met over half a square.
         let near = min(half, 4.0);
-        let missed = 0.25 * k * near * near * near * peak;
+        let missed = 0.25 * k * near * near * near * num::exp_bounded(-miss * miss);
         (*fog).hidden += missed * missed;
     }
 }
