@@ -43,6 +43,11 @@ const MISS_FLOOR: f32 = 1e-6;
 /// And as no less than this [m]: the strongest light on the strongest reflection stays a number.
 const LEAST_MISS: f32 = 1e-6;
 
+/// Where a light stands relative to a ray from `start` in the unit `direction`.
+fn beside(light: Lamp, start: vec3<f32>, direction: vec3<f32>) -> ToLight {
+    return to_light(light.position - start, direction);
+}
+
 /// From the light's place relative to the ray's origin and the unit direction.
 fn to_light(light: vec3<f32>, direction: vec3<f32>) -> ToLight {
     let floor = max(length(light) * MISS_FLOOR, LEAST_MISS);

@@ -21,6 +21,8 @@ struct Fineness {
     hidden: f32,
     /// Half a cell's diagonal is at most this [rad].
     wide: f32,
+    /// Relative error that the ninth ray may show.
+    rough: f32,
     /// Optical depth that is as good as nothing.
     unseen: f32,
     /// Knots along depth.
@@ -55,6 +57,11 @@ const WITHIN: f32 = 1e-5;
 const FAR: f32 = 1e30;
 /// An edge of the fog no farther than this share before a ray's end is its end: where fog lies on a floor.
 const ALIKE: f32 = 1e-4;
+
+/// Words of a mask of so many blobs.
+fn words(blobs: u32) -> u32 {
+    return (blobs + 31u) / 32u;
+}
 
 /// Where a ray passes edges, ascending [m].
 struct Passed {

@@ -34,8 +34,6 @@ struct Task {
     side: u32,
     /// 1 where each of its pixels has a ray of its own.
     alone: u32,
-    /// Relative error that the ninth ray may show.
-    rough: f32,
     /// 1 where only pixels at edges count.
     at_edges: u32,
 }
@@ -194,16 +192,18 @@ fn light(
     scope.knots = min(scope.reach.y + 2u, scope.knots);
 #endif
 
+    // Rays of their own need no ninth one.
+    let is_checked = task.alone == 0u;
     var is_first = true;
     var is_rough = false;
     for (var terms = 0u; terms < fineness.groups && !is_rough; terms++) {
         gather(place, scope, terms);
-        is_rough = is_first && misses_depth(place, scope);
+        is_rough = is_checked && is_first && misses_depth(place, scope);
         for (var i = 0u; i < frame.scatters && !is_rough; i++) {
             if scatters[i].group == terms {
                 let is_near = is_near(scope, lamps[scatters[i].lamp]);
                 tabulate(place, scope, i);
-                is_rough = misses_light(place, scope, is_near);
+                is_rough = is_checked && misses_light(place, scope, is_near);
                 if !is_rough {
                     look_up(place, scope, i, is_near, is_first);
                     is_first = false;
@@ -313,7 +313,7 @@ fn is_coarse(place: u32, scope: Scope) -> bool {
 /// Optical depth of the blobs around a cell, and what may hide of it between the rays, squared.
 fn hides(place: u32, scope: Scope) -> vec2<f32> {
     let rays = bundle_to(scope, scope.ends.y);
-    let words = (frame.blobs + 31u) / 32u;
+    let words = block::words(frame.blobs);
     var fog = around::nothing();
     for (var word = place; word < words; word += SIZE) {
         var bits = near[scope.own * words + word];
@@ -496,7 +496,7 @@ fn gather(place: u32, scope: Scope, group: u32) {
     let lanes = select(LANES, LANES_ALONE, task.alone == 1u);
     let ray = ray_of(scope, c);
     let rays = bundle_to(scope, knots[scope.knots - 1u].y);
-    let words = (frame.blobs + 31u) / 32u;
+    let words = block::words(frame.blobs);
     for (var base = 0u; base < scope.knots; base += 8u * lanes) {
         var low: crossing::Sums;
         var high: crossing::Sums;
@@ -559,7 +559,8 @@ fn cull(place: u32, first: u32, word: u32, count: u32, rays: bundle::Bundle) {
     workgroupBarrier();
 }
 
-/// Writes what was gathered at four knots, given by the first and how far the next is, and adds what stands in closed form to what scatters.
+/// Writes what was gathered at four knots, given by the first and how far the next is, and adds what stands in
+/// closed form to what scatters.
 fn put(
     scope: Scope,
     group: u32,
@@ -597,7 +598,8 @@ fn tabulate(place: u32, scope: Scope, i: u32) {
     for (var pair = place; pair < pairs; pair += SIZE) {
         let c = pair % rays;
         let k = pair / rays;
-        let gain = gain_at(scatter, to_light(light, ray_of(scope, c)), c, k);
+        let ray = ray_of(scope, c);
+        let gain = gain_at(scatter, lamp::beside(light, ray.offset, ray.direction), c, k);
         table[index_of(MEAN, c, k)] = gain.x;
         table[index_of(RATIO, c, k)] = gain.y;
     }
@@ -636,7 +638,7 @@ fn total_at(ray: view::Ray, which: u32, c: u32, k: u32) -> f32 {
     let t = knot_on(c, k);
     let point = ray.offset + t * ray.direction;
     let light = lamps[which].position;
-    let toward = to_light(lamps[which], ray);
+    let toward = lamp::beside(lamps[which], ray.offset, ray.direction);
     let aside = t - toward.closest;
     let distance_m = sqrt(aside * aside + toward.miss * toward.miss);
     var mean = haze::mean(point, light);
@@ -662,7 +664,8 @@ fn gain_at(scatter: lamp::Scatter, light: lamp::ToLight, c: u32, k: u32) -> vec2
         return vec2<f32>(b.seen, part);
     }
     let a = place_on(light, c, k - 1u);
-    return vec2<f32>(rule::gain(glow::turn(light, a.t, b.t) / light.miss, a, b), glow::between(scatter, light, a.t, b.t));
+    let clear = glow::turn(light, a.t, b.t) / light.miss;
+    return vec2<f32>(rule::gain(clear, a, b), glow::between(scatter, light, a.t, b.t));
 }
 
 fn place_on(light: lamp::ToLight, c: u32, k: u32) -> rule::Place {
@@ -676,14 +679,14 @@ fn place_on(light: lamp::ToLight, c: u32, k: u32) -> rule::Place {
 }
 
 /// Whether some invocation found the ninth ray too far from what the eight make of it; to be called by all.
-fn any_misses(place: u32, differs: bool) -> bool {
+fn any_misses(differs: bool) -> bool {
     if differs {
         atomicStore(&misses, 1u);
     }
     workgroupBarrier();
     let found = atomicLoad(&misses) == 1u;
     workgroupBarrier();
-    return found && task.alone == 0u;
+    return found;
 }
 
 fn begin_misses(place: u32) {
@@ -701,9 +704,9 @@ fn misses_depth(place: u32, scope: Scope) -> bool {
     for (var k = scope.reach.x + place; k <= scope.reach.y; k += SIZE) {
         let depth = table[index_of(DEPTH, CHECK, k)];
         let off = abs(between(share, DEPTH, k) - depth) * num::exp_bounded(-depth);
-        differs = differs || off > task.rough * max(num::absorptance(depth), fineness.unseen);
+        differs = differs || off > fineness.rough * max(num::absorptance(depth), fineness.unseen);
     }
-    return any_misses(place, differs);
+    return any_misses(differs);
 }
 
 /// Whether they miss a lamp's airlight there.
@@ -724,10 +727,10 @@ fn misses_light(place: u32, scope: Scope, is_near: bool) -> bool {
             // What no haze fills and few blobs reach.
             let is_filled = has_haze || table[index_of(DEPTH, CHECK, k)] >= fineness.unseen;
             let counts = table[index_of(LIGHT, CHECK, k)] > FAINT * last;
-            differs = differs || is_filled && counts && off > task.rough * exact;
+            differs = differs || is_filled && counts && off > fineness.rough * exact;
         }
     }
-    return any_misses(place, differs);
+    return any_misses(differs);
 }
 
 /// What the means between the rays miss of the light up to each knot, near a lamp.
@@ -744,7 +747,7 @@ fn misses_glow(scope: Scope, share: cell::Shares, last: f32) -> bool {
             off += (between(share, MEAN, k) / exact - 1.0) * gained;
         }
         let counts = k >= scope.reach.x && sum > FAINT * last;
-        differs = differs || counts && abs(off) > task.rough * sum;
+        differs = differs || counts && abs(off) > fineness.rough * sum;
     }
     return differs;
 }
@@ -765,7 +768,7 @@ fn look_up(place: u32, scope: Scope, which: u32, is_near: bool, is_first: bool) 
             let end = end_of(scope, pixel, i, length_m, sections);
             let lumps = lumps_at(end, sections);
             let depth = lumps + haze::depth(ray.offset, ray.direction, length_m);
-            let light = to_light(lamps[scatter.lamp], ray);
+            let light = lamp::beside(lamps[scatter.lamp], ray.offset, ray.direction);
             var value = 0.0;
             if is_near {
                 value = near_lamp(scatter, light, end, sections);
@@ -858,8 +861,4 @@ fn near_lamp(scatter: lamp::Scatter, light: lamp::ToLight, end: End, sections: a
         begin = max(until, begin);
     }
     return sum;
-}
-
-fn to_light(light: lamp::Lamp, ray: view::Ray) -> lamp::ToLight {
-    return lamp::to_light(light.position - ray.offset, ray.direction);
 }

@@ -135,7 +135,7 @@ fn opaque_haze() -> f32 {
 /// Where the block's rays meet fog; marks the blobs near them.
 fn reach_of(place: u32, index: u32, area: Area, deepest: f32) -> Reach {
     let rays = bundle::of_view(frame, area.middle - area.half, area.middle + area.half, deepest);
-    let words = (frame.blobs + 31u) / 32u;
+    let words = block::words(frame.blobs);
     var fog = around::nothing();
     for (var word = place; word < words; word += SIZE) {
         var bits = 0u;
@@ -220,7 +220,7 @@ fn place_at(i: u32, middle: view::Ray, reach: Reach) -> f32 {
     if at / OF_A_LAMP >= arrayLength(&lamps) {
         return 2.0 * block::FAR;
     }
-    let light = to_light(lamps[at / OF_A_LAMP], middle);
+    let light = lamp::beside(lamps[at / OF_A_LAMP], middle.offset, middle.direction);
     let first = num::arc_tangent((reach.begin - light.closest) / light.miss);
     let last = num::arc_tangent((reach.end - light.closest) / light.miss);
     let angle = mix(first, last, (f32(at % OF_A_LAMP) + 0.5) / f32(OF_A_LAMP));
@@ -241,7 +241,7 @@ fn rank(i: u32) -> u32 {
 
 /// T along a ray to a ray parameter [m].
 fn depth_to(index: u32, ray: view::Ray, t: f32) -> f32 {
-    let words = (frame.blobs + 31u) / 32u;
+    let words = block::words(frame.blobs);
     var depth = 0.0;
     for (var word = 0u; word < words; word++) {
         var bits = near[index * words + word];
@@ -263,7 +263,7 @@ fn mixture(i: u32, count: u32, middle: view::Ray, reach: Reach) -> f32 {
     let t = sorted[i];
     var turned = 0.0;
     for (var k = 0u; k < arrayLength(&lamps); k++) {
-        let light = to_light(lamps[k], middle);
+        let light = lamp::beside(lamps[k], middle.offset, middle.direction);
         let whole = glow::turn(light, reach.begin, reach.end);
         turned += glow::turn(light, reach.begin, t) / max(whole, num::LEAST);
     }
@@ -331,7 +331,8 @@ fn insert_near(before: u32, area: Area, reach: Reach) -> u32 {
         let at = view::picture_place(frame, lamps[k].position);
         let image = cell::image_of(frame, at);
         if at.z > 0.0 && distance(image, area.middle) < 2.0 * f32(block::SIDE) {
-            let light = to_light(lamps[k], view::ray_through(frame, image));
+            let ray = view::ray_through(frame, image);
+            let light = lamp::beside(lamps[k], ray.offset, ray.direction);
             count = insert(light.closest, count, reach);
             lit += 1u;
         }
@@ -343,7 +344,7 @@ fn insert_near(before: u32, area: Area, reach: Reach) -> u32 {
 fn behind_all(middle: view::Ray, reach: Reach) -> f32 {
     var behind = select(0.0, reach.dense.y, reach.dense.x < reach.dense.y);
     for (var k = 0u; k < arrayLength(&lamps); k++) {
-        let light = to_light(lamps[k], middle);
+        let light = lamp::beside(lamps[k], middle.offset, middle.direction);
         behind = max(behind, max(light.closest, 0.0) + BEHIND * light.miss);
     }
     return behind;
@@ -367,8 +368,4 @@ fn part(index: u32, count: u32, behind: f32) {
         blocks[index].behind = first + 1u;
         blocks[index].count = count + 2u;
     }
-}
-
-fn to_light(light: lamp::Lamp, ray: view::Ray) -> lamp::ToLight {
-    return lamp::to_light(light.position - ray.offset, ray.direction);
 }

@@ -146,6 +146,7 @@ pub struct KeptLists {
     blobs: Kept<(Seen, bool), Buffer>,
     lit: Kept<(Same<Field>, Eye, Vec<Source>), Lit>,
     tables: Kept<Vec<Same<Option<LightTable>>>, Tables>,
+    phases: Kept<Vec<PhaseFunction>, Buffer>,
 }
 
 impl Default for KeptLists {
@@ -157,6 +158,7 @@ impl Default for KeptLists {
             blobs: Kept::new(LISTS, |_, _| 0),
             lit: Kept::new(LISTS, |_, _| 0),
             tables: Kept::new(LISTS, |_, _| 0),
+            phases: Kept::new(LISTS, |_, _| 0),
         }
     }
 }
@@ -170,6 +172,7 @@ impl KeptLists {
         self.blobs.clear();
         self.lit.clear();
         self.tables.clear();
+        self.phases.clear();
     }
 }
 
@@ -192,12 +195,33 @@ pub struct Lists {
     lit: Arc<Lit>,
     /// Materials, the background behind them.
     pub materials: Arc<Buffer>,
-    /// The lamps' tables, in pictures that a grid serves.
-    pub tables: Option<Arc<Tables>>,
+    /// What the grid reads, in pictures that it serves.
+    pub on_grid: Option<OnGrid>,
+}
+
+/// What airlight on the grid reads.
+#[derive(Debug)]
+pub struct OnGrid {
+    /// The lamps' tables.
+    pub tables: Arc<Tables>,
     /// The phase functions of all groups, tabulated.
-    pub phases: Buffer,
-    /// How fine the grid is, if there is one.
+    pub phases: Arc<Buffer>,
+    /// How fine it is.
     pub fineness: Fineness,
+}
+
+impl OnGrid {
+    fn new(device: &Device, kept: &KeptLists, context: &Context) -> Result<Self, Failure> {
+        let progress = context.job.progress;
+        let lamps: Vec<_> = context.lamps.iter().map(|lamp| Same::new(&lamp.table)).collect();
+        let phases = phases(context);
+        let tabulated = || device.filled(&layout::list(tabulated(&phases)), BufferUsages::STORAGE);
+        Ok(Self {
+            tables: kept.tables.get(&lamps, progress, || Tables::new(device, context))?,
+            phases: kept.phases.get(&phases, progress, tabulated)?,
+            fineness: Fineness::of(&context.view, context.field),
+        })
+    }
 }
 
 impl Lists {
@@ -225,8 +249,7 @@ impl Lists {
         let haze = || haze(context).into_iter().map(list).collect();
         let is_mapped = context.method == Method::Auto;
         let lit = lit(device, kept, context, cache)?;
-        let own: Vec<_> = context.lamps.iter().map(|lamp| Same::new(&lamp.table)).collect();
-        let tables = || kept.tables.get(&own, progress, || Tables::new(device, context));
+        let on_grid = || OnGrid::new(device, kept, context);
         Ok(Self {
             anchor: device.filled(&layout::one(&Anchor { shift }), BufferUsages::UNIFORM)?,
             shapes: kept.shapes.get(&on_scene, progress, shapes)?,
@@ -240,9 +263,7 @@ impl Lists {
             materials: kept
                 .materials
                 .get(&of_scene, progress, || list(layout::list(materials(context))))?,
-            tables: context.interpolates().then(tables).transpose()?,
-            phases: list(layout::list(phases(context)))?,
-            fineness: Fineness::of(&context.view, context.field),
+            on_grid: context.interpolates().then(on_grid).transpose()?,
         })
     }
 
@@ -280,14 +301,22 @@ fn lit(
     })
 }
 
-/// k and ∫ k dα of every group that scatters, one after the other; nothing is read of the others.
-fn phases(context: &Context) -> Vec<Vec2> {
+/// Where the light of every group goes; nothing is read of those that scatter none.
+fn phases(context: &Context) -> Vec<PhaseFunction> {
     let of_group = |group: usize| {
         let own = context.scatters.iter().find(|scatter| scatter.group == group);
-        let [values, sums] = own.map_or(PhaseFunction::ISOTROPIC, |own| own.phase).tabulated();
+        own.map_or(PhaseFunction::ISOTROPIC, |own| own.phase)
+    };
+    (0..context.field.groups().len()).map(of_group).collect()
+}
+
+/// k and ∫ k dα of each, one after the other.
+fn tabulated(phases: &[PhaseFunction]) -> Vec<Vec2> {
+    let of_one = |phase: &PhaseFunction| {
+        let [values, sums] = phase.tabulated();
         values.into_iter().zip(sums).map(|(value, sum)| Vec2::new(value, sum))
     };
-    (0..context.field.groups().len()).flat_map(of_group).collect()
+    phases.iter().flat_map(of_one).collect()
 }
 
 /// Rows of the media in closed form, a list each: the groups one after the other, the group behind each row.

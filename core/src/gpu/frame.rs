@@ -237,6 +237,18 @@ impl<'a> Recorder<'a> {
         bind: &wgpu::BindGroup,
         grid: Grid,
     ) {
+        let (columns, rows) = tiles(grid);
+        self.compute(name, pipeline, bind, |pass| pass.dispatch_workgroups(columns, rows, 1));
+    }
+
+    /// A pass that computes.
+    pub fn compute(
+        &mut self,
+        name: &'static str,
+        pipeline: &Pipeline,
+        bind: &wgpu::BindGroup,
+        dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
+    ) {
         let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: None,
             timestamp_writes: self.timer.compute(name),
@@ -244,8 +256,7 @@ impl<'a> Recorder<'a> {
         if let Kind::Compute(pipeline) = &pipeline.kind {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind, &[]);
-            let (columns, rows) = tiles(grid);
-            pass.dispatch_workgroups(columns, rows, 1);
+            dispatch(&mut pass);
         }
     }
 }

@@ -59,10 +59,11 @@ rows! {
     /// Where triangles are relative to.
     Anchor in "triangles" { shift: Vec3 }
     /// The work of a dispatch of cells of the grid.
-    Task in "grid" { side: u32, alone: u32, rough: f32, at_edges: u32 }
+    Task in "grid" { side: u32, alone: u32, at_edges: u32 }
     /// How fine the grid is.
     Fineness in "fogbank::grid::block" {
-        near: f32, glow: f32, hidden: f32, wide: f32, unseen: f32, knots: u32, groups: u32
+        near: f32, glow: f32, hidden: f32, wide: f32, rough: f32, unseen: f32, knots: u32,
+        groups: u32
     }
     /// What a light's table covers.
     Extent in "fogbank::grid::light_table" {

@@ -1,12 +1,13 @@
 //! Airlight on a grid of rays, in cells of the picture that get smaller: the device itself lists those of the next
 //! size, and dispatches by that list.
 
+use crate::frame::tolerance::Fineness;
+use crate::gpu::buffers::OnGrid;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, all, texture};
 use crate::gpu::layout::{self, Task};
-use crate::gpu::pipelines::{Kind, Pipeline};
-use wgpu::{BindGroup, BufferUsages, CommandEncoder, ComputePass};
+use wgpu::{BufferUsages, CommandEncoder};
 
 /// Pixels along the side of a block, which shares its knots.
 const BLOCK: usize = 64;
@@ -45,9 +46,10 @@ struct Size {
 impl Recorder<'_> {
     /// Airlight, and T of the blobs.
     pub fn grid(&mut self, is_first: bool) -> Result<(), Failure> {
-        let sizes = self.sizes()?;
+        let Some(on_grid) = &self.lists.on_grid else { return Ok(()) };
+        let sizes = self.sizes(&on_grid.fineness)?;
         begin(&sizes, &mut self.encoder);
-        let blocks = self.blocks()?;
+        let blocks = self.blocks(on_grid)?;
         self.place_knots(&blocks)?;
         for pair in sizes.windows(2) {
             self.cells(&blocks, [&pair[0], &pair[1]], is_first)?;
@@ -60,9 +62,9 @@ impl Recorder<'_> {
     }
 
     /// Cells of every size, each waiting in a list; behind the last none.
-    fn sizes(&self) -> Result<Vec<Size>, Failure> {
+    fn sizes(&self, fineness: &Fineness) -> Result<Vec<Size>, Failure> {
         let (device, grid) = (&self.gpu.device, self.context.grid);
-        let most = self.lists.fineness.side as u32;
+        let most = fineness.side as u32;
         let mut side = SIDES[0].min(most).max(SIDES[1]);
         let tiles =
             |side: u32| [grid.width, grid.height].map(|pixels| (pixels as u32).div_ceil(side));
@@ -81,17 +83,17 @@ impl Recorder<'_> {
         Ok(sizes)
     }
 
-    fn blocks(&self) -> Result<Blocks, Failure> {
+    fn blocks(&self, OnGrid { fineness, .. }: &OnGrid) -> Result<Blocks, Failure> {
         let (device, context) = (&self.gpu.device, self.context);
         let [columns, rows] = self.blocks_across().map(u64::from);
         let words = (context.field.lumps() as u64).div_ceil(32).max(1);
         let groups = context.field.groups().len() as u32;
-        let fineness = &self.lists.fineness;
         let fineness = layout::Fineness {
             near: fineness.near,
             glow: fineness.glow,
             hidden: fineness.hidden,
             wide: fineness.wide,
+            rough: fineness.rough,
             unseen: fineness.unseen,
             knots: fineness.knots as u32,
             groups,
@@ -125,7 +127,9 @@ impl Recorder<'_> {
         entries.extend(self.lists.haze());
         let bind = pipeline.bind(&self.gpu.device, &entries);
         let [columns, rows] = self.blocks_across();
-        self.compute(&pipeline, &bind, |pass| pass.dispatch_workgroups(columns, rows, 1));
+        self.compute("airlight", &pipeline, &bind, |pass| {
+            pass.dispatch_workgroups(columns, rows, 1);
+        });
         Ok(())
     }
 
@@ -138,13 +142,11 @@ impl Recorder<'_> {
     ) -> Result<(), Failure> {
         let Some(fogged) = &self.targets.computed else { return Ok(()) };
         let pipeline = self.pipeline(Pass::Grid, &[blocks.defines])?;
-        let rough = self.lists.fineness.rough;
         // Further samples count where the first one found edges.
         let edges = self.targets.edges.as_ref().filter(|_| !is_first);
         let task = Task {
             side: now.side,
             alone: u32::from(now.is_alone),
-            rough,
             at_edges: u32::from(edges.is_some()),
         };
         let task = layout::one(&task);
@@ -163,33 +165,20 @@ impl Recorder<'_> {
             all(12, &next.list),
             all(14, &blocks.knots),
             all(15, &blocks.near),
-            all(17, &self.lists.phases),
         ];
         entries.extend(self.lists.haze());
-        entries.extend(self.lists.tables.iter().flat_map(|tables| tables.entries(7)));
+        entries.extend(
+            self.lists
+                .on_grid
+                .iter()
+                .flat_map(|own| own.tables.entries(7).into_iter().chain([all(17, &own.phases)])),
+        );
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        self.compute(&pipeline, &bind, |pass| {
+        self.compute("airlight", &pipeline, &bind, |pass| {
             pass.dispatch_workgroups_indirect(&now.list.handle, 0);
         });
         self.kept.push(task);
         Ok(())
-    }
-
-    fn compute(
-        &mut self,
-        pipeline: &Pipeline,
-        bind: &BindGroup,
-        dispatch: impl FnOnce(&mut ComputePass<'_>),
-    ) {
-        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: None,
-            timestamp_writes: self.timer.compute("airlight"),
-        });
-        if let Kind::Compute(pipeline) = &pipeline.kind {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bind, &[]);
-            dispatch(&mut pass);
-        }
     }
 }
 

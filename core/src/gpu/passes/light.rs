@@ -72,7 +72,7 @@ impl Recorder<'_> {
     /// Whether all lamps have tables that the eye may be shown.
     fn has_tables(&self) -> bool {
         let lamps = &self.context.lamps;
-        self.lists.tables.is_some() && lamps.iter().all(|lamp| lamp.table.is_some())
+        self.lists.on_grid.is_some() && lamps.iter().all(|lamp| lamp.table.is_some())
     }
 
     fn reflect(&mut self, depths: &[Depths], lamps: Range<u32>) -> Result<(), Failure> {
@@ -94,7 +94,7 @@ impl Recorder<'_> {
             all(5, &span),
         ];
         entries.extend(lists.haze());
-        entries.extend(lists.tables.iter().flat_map(|tables| tables.entries(8)));
+        entries.extend(lists.on_grid.iter().flat_map(|own| own.tables.entries(8)));
         entries.extend(depths.iter().map(|Depths { resolution, values }| {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
         }));
