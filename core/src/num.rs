@@ -186,11 +186,7 @@ impl<S: Simd> Lanes<S> {
     /// The largest lane.
     #[inline(always)]
     pub fn largest(self) -> f32 {
-        // Comparing plainly is one instruction, unlike f32::max, which minds what is not a number.
-        self.0
-            .as_slice()
-            .iter()
-            .fold(f32::MIN, |most, lane| if *lane > most { *lane } else { most })
+        self.0.reduce_max()
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use crate::num::{Lanes, Num};
 use fearless_simd::Simd;
 use glam::DVec3;
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
 /// Three coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +61,14 @@ impl<N: Num> V3<N> {
     #[inline(always)]
     pub fn select(mask: N::Mask, a: Self, b: Self) -> Self {
         Self::new(N::select(mask, a.x, b.x), N::select(mask, a.y, b.y), N::select(mask, a.z, b.z))
+    }
+}
+
+impl<N: Num> Neg for V3<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
     }
 }
 

@@ -86,7 +86,7 @@ fn meet(corner: Corner) -> surfaces::Found {
     var normal = face;
     let place = triangle.normals;
     if place != FLAT {
-        normal = smooth_normal(smooth_normals[place], corners, sides, face, ray.direction);
+        normal = smooth_normal(smooth_normals[place], corners, sides, ray.direction);
     }
     return surfaces::found(normal, ray.direction, distance_m, triangle.surface);
 }
@@ -114,7 +114,6 @@ fn smooth_normal(
     normals: Smooth,
     corners: mat3x3<f32>,
     sides: mat3x3<f32>,
-    face: vec3<f32>,
     direction: vec3<f32>,
 ) -> vec3<f32> {
     let volumes = vec3<f32>(
@@ -125,9 +124,5 @@ fn smooth_normal(
     let sum = volumes.x + volumes.y + volumes.z;
     let weights = max(volumes * sign(sum), vec3<f32>(0.0));
     let total = max(weights.x + weights.y + weights.z, 1e-37);
-    let mean = (weights.x * normals.a + weights.y * normals.b
-        + weights.z * normals.c) / total;
-    // A smooth normal on the far side of its face would light the wrong side.
-    let facing = dot(face, direction) < 0.0;
-    return select(mean, -mean, (dot(mean, direction) < 0.0) != facing);
+    return (weights.x * normals.a + weights.y * normals.b + weights.z * normals.c) / total;
 }

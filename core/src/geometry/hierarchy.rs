@@ -83,12 +83,14 @@ struct Open {
 }
 
 impl Hierarchy {
-    /// The hierarchy over some boxes.
+    /// The hierarchy over some boxes, where a step from a node to its children costs as much as looks at so many
+    /// items.
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
     pub fn build(
         boxes: impl Iterator<Item = Bounds>,
+        step: f32,
         progress: &Progress,
     ) -> Result<Self, Interrupted> {
         let watch = Watch::new(progress);
@@ -106,7 +108,7 @@ impl Hierarchy {
             }
             let part = &mut items[from..to];
             let around = part.iter().fold(Bounds::NOTHING, |all, item| all.join(item.bounds));
-            let Some(left) = divide(part, &around, depth) else {
+            let Some(left) = divide(part, &around, depth, step) else {
                 nodes[node] =
                     Node { bounds: around, first: from as u32, count: (to - from) as u32 };
                 continue;
@@ -129,14 +131,15 @@ impl Hierarchy {
 }
 
 /// Brings the items of the first child to the front and tells how many they are; `None` for a leaf.
-fn divide(part: &mut [Item], around: &Bounds, depth: usize) -> Option<usize> {
+fn divide(part: &mut [Item], around: &Bounds, depth: usize, step: f32) -> Option<usize> {
     // Halves of halves must come down to single items before the tree is too deep.
     let halvings = part.len().next_power_of_two().ilog2() as usize;
     let split = (part.len() > 1 && depth + halvings < DEPTH).then(|| Split::best(part)).flatten();
     let whole = part.len() as f32 * around.half_area();
     match split {
-        // A look at two more boxes costs about as much as one at an item.
-        Some(split) if split.cost + around.half_area() < whole || part.len() > MOST_IN_LEAF => {
+        Some(split)
+            if split.cost + step * around.half_area() < whole || part.len() > MOST_IN_LEAF =>
+        {
             Some(split.part(part))
         }
         None if part.len() > MOST_IN_LEAF => Some(halve(part)),
@@ -239,7 +242,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn build(boxes: &[Bounds]) -> Hierarchy {
-        Hierarchy::build(boxes.iter().copied(), &Progress::default()).unwrap()
+        Hierarchy::build(boxes.iter().copied(), 1.0, &Progress::default()).unwrap()
     }
 
     fn cube(middle: Vec3, half: f32) -> Bounds {
@@ -295,8 +298,8 @@ mod tests {
         let mut items: Vec<_> =
             (0..9).map(|place| Item { bounds: boxes[place], place: place as u32 }).collect();
         let around = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
-        assert_eq!(divide(&mut items, &around, 0), Some(8));
-        assert_eq!(divide(&mut items, &around, DEPTH - 4), Some(4));
+        assert_eq!(divide(&mut items, &around, 0, 1.0), Some(8));
+        assert_eq!(divide(&mut items, &around, DEPTH - 4, 1.0), Some(4));
     }
 
     #[test]
@@ -304,7 +307,7 @@ mod tests {
         let progress = Progress::default();
         progress.cancel();
         let boxes = std::iter::repeat_n(cube(Vec3::ONE, 1.0), 100);
-        assert!(Hierarchy::build(boxes, &progress).is_err());
+        assert!(Hierarchy::build(boxes, 1.0, &progress).is_err());
     }
 
     proptest! {

@@ -20,7 +20,7 @@ use crate::light::Source;
 use crate::media::gaussians::Gaussian;
 use crate::media::{Field, Media, PICTURE_LOSS};
 use crate::phase::PhaseFunction;
-use crate::shapes::{Geometry, Solid};
+use crate::shapes::Geometry;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use wgpu::{BindingResource, BufferUsages};
@@ -345,26 +345,23 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
         Shape { first, second: Vec4::ZERO, kind: 0, surface: plane.surface }
     });
     let place = |local: Vec3| local.as_dvec3() + shift;
-    let solids = geometry.solids.iter().filter_map(|solid| match *solid {
-        Solid::Triangle(_) => None,
-        Solid::Sphere { center, radius, surface } => {
-            let center = place(center);
-            let power = center.length_squared() - f64::from(radius).powi(2);
-            Some(Shape {
-                first: center.as_vec3().extend(radius),
-                second: Vec3::ZERO.extend(power as f32),
-                kind: 1,
-                surface,
-            })
+    let spheres = geometry.spheres.iter().map(|sphere| {
+        let center = place(sphere.center);
+        let power = center.length_squared() - f64::from(sphere.radius).powi(2);
+        Shape {
+            first: center.as_vec3().extend(sphere.radius),
+            second: Vec3::ZERO.extend(power as f32),
+            kind: 1,
+            surface: sphere.surface,
         }
-        Solid::Box { min, max, surface } => Some(Shape {
-            first: place(min).as_vec3().extend(0.0),
-            second: place(max).as_vec3().extend(0.0),
-            kind: 2,
-            surface,
-        }),
     });
-    planes.chain(solids).collect()
+    let cuboids = geometry.cuboids.iter().map(|cuboid| Shape {
+        first: place(cuboid.min).as_vec3().extend(0.0),
+        second: place(cuboid.max).as_vec3().extend(0.0),
+        kind: 2,
+        surface: cuboid.surface,
+    });
+    planes.chain(spheres).chain(cuboids).collect()
 }
 
 fn lamps(context: &Context) -> Vec<Lamp> {

@@ -1,6 +1,6 @@
 //! First hits of single rays in f64, for probes and picking.
 
-use super::{Geometry, Plane, Solid, Triangle};
+use super::{Cuboid, Geometry, Plane, Solid, Sphere, Triangle};
 use glam::DVec3;
 
 /// Where a ray first meets a surface.
@@ -57,26 +57,8 @@ impl Geometry {
     fn meet(&self, solid: &Solid, ray: &Ray) -> Option<Hit> {
         match *solid {
             Solid::Triangle(at) => self.meet_triangle(&self.triangles[at as usize], ray),
-            Solid::Sphere { center, radius, surface } => {
-                let to = center.as_dvec3() - ray.origin;
-                let radius = f64::from(radius);
-                let along = to.dot(ray.direction);
-                let half2 = radius * radius - to.cross(ray.direction).length_squared();
-                let half = (half2 >= 0.0).then(|| half2.sqrt())?;
-                let distance = nearest([along - half, along + half])?;
-                let normal = (distance * ray.direction - to) / radius;
-                Some(Hit { distance, normal, surface })
-            }
-            Solid::Box { min, max, surface } => {
-                let (near, far) = ray.box_range(min.as_dvec3(), max.as_dvec3());
-                let distance = (near <= far).then(|| nearest([near, far]))??;
-                let middle = 0.5 * (min + max).as_dvec3();
-                let half = 0.5 * (max - min).as_dvec3();
-                let at = (ray.origin + distance * ray.direction - middle) / half;
-                let axis = usize::from(at.y.abs() > at.x.abs());
-                let axis = if at.z.abs() > at[axis].abs() { 2 } else { axis };
-                Some(Hit { distance, normal: DVec3::AXES[axis], surface })
-            }
+            Solid::Sphere(at) => self.spheres[at as usize].meet(ray),
+            Solid::Cuboid(at) => self.cuboids[at as usize].meet(ray),
         }
     }
 
@@ -95,9 +77,7 @@ impl Geometry {
             None => face,
             Some(normals) => {
                 let [na, nb, nc] = normals.map(|n| n.as_dvec3());
-                let smooth = (u * na + v * nb + w * nc) / sum;
-                // A smooth normal on the far side of its face would light the wrong side.
-                if smooth.dot(d) * face.dot(d) < 0.0 { -smooth } else { smooth }
+                (u * na + v * nb + w * nc) / sum
             }
         };
         let hit = Hit { distance, normal: normal.normalize_or_zero(), surface: triangle.surface };
@@ -118,6 +98,33 @@ impl Plane {
         let distance = self.normal.dot(self.point - ray.origin) / speed;
         let hit = Hit { distance, normal: self.normal, surface: self.surface };
         (speed != 0.0 && distance > 0.0).then_some(hit)
+    }
+}
+
+impl Sphere {
+    fn meet(&self, ray: &Ray) -> Option<Hit> {
+        let to = self.center.as_dvec3() - ray.origin;
+        let radius = f64::from(self.radius);
+        let along = to.dot(ray.direction);
+        let half2 = radius * radius - to.cross(ray.direction).length_squared();
+        let half = (half2 >= 0.0).then(|| half2.sqrt())?;
+        let distance = nearest([along - half, along + half])?;
+        let normal = (distance * ray.direction - to) / radius;
+        Some(Hit { distance, normal, surface: self.surface })
+    }
+}
+
+impl Cuboid {
+    fn meet(&self, ray: &Ray) -> Option<Hit> {
+        let Self { min, max, surface } = *self;
+        let (near, far) = ray.box_range(min.as_dvec3(), max.as_dvec3());
+        let distance = (near <= far).then(|| nearest([near, far]))??;
+        let middle = 0.5 * (min + max).as_dvec3();
+        let half = 0.5 * (max - min).as_dvec3();
+        let at = (ray.origin + distance * ray.direction - middle) / half;
+        let axis = usize::from(at.y.abs() > at.x.abs());
+        let axis = if at.z.abs() > at[axis].abs() { 2 } else { axis };
+        Some(Hit { distance, normal: DVec3::AXES[axis], surface })
     }
 }
 

@@ -1,10 +1,10 @@
 //! Rays and what each has met so far.
 
 use super::triangle::LinearLanes;
-use crate::geometry::batch::{Rays, Row};
+use crate::geometry::batch::{Rays, Row, SIZE};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use std::hint::black_box;
 
 /// A batch of rays and their nearest hits so far.
@@ -23,8 +23,8 @@ pub struct Best {
     pub u: Row,
     /// Of the second.
     pub v: Row,
-    /// Bits of an id.
-    pub id: Row,
+    /// Their ids.
+    pub id: [u32; SIZE],
 }
 
 impl Best {
@@ -69,7 +69,9 @@ impl Best {
         write(simd, &mut self.length, at, nearer, distance);
         write(simd, &mut self.u, at, nearer, u);
         write(simd, &mut self.v, at, nearer, v);
-        write(simd, &mut self.id, at, nearer, Lanes::splat(simd, f32::from_bits(id)));
+        let ids = &mut self.id[at..at + Lanes::<S>::COUNT];
+        let chosen = nearer.select(S::u32s::splat(simd, id), S::u32s::from_slice(simd, ids));
+        black_box(chosen).store_slice(ids);
         true
     }
 

@@ -32,6 +32,18 @@ pub struct Groups {
     rows: [Range<usize>; TILE],
 }
 
+/// What of a tile something may touch.
+pub struct Part {
+    /// First and last column.
+    pub x: [usize; 2],
+    /// First and last row.
+    pub y: [usize; 2],
+    /// Lower bound of the distance at which it begins [m].
+    pub near: f32,
+    /// Three functions c + a·x + b·y as (a, b, c), of which none is negative where it appears.
+    pub slopes: Option<[[f32; 3]; 3]>,
+}
+
 /// Where a function that is linear on the screen may be positive: c + a·x + b·y.
 struct Slope<'a> {
     a: f32,
@@ -72,30 +84,40 @@ impl Groups {
         self.left.len()
     }
 
-    /// Calls back for every group in some rows of pixels that still reaches `near`, and of which a ray may
-    /// lie where none of three functions c + a·x + b·y is negative, each told as (a, b, c).
+    /// Where the registers of groups start that are in a part of the tile.
     #[inline(always)]
-    pub fn within<S: Simd>(
+    pub fn registers<S: Simd>(
         &self,
-        simd: S,
-        [top, bottom]: [usize; 2],
-        [u, v, w]: [[f32; 3]; 3],
-        (near, reach): (f32, &mut [f32]),
-        mut meet: impl FnMut(usize, &mut f32),
-    ) {
-        let [u, v, w] = [self.slope(u), self.slope(v), self.slope(w)];
-        let groups = self.rows[top].start..self.rows[bottom].end;
+        _simd: S,
+        part: &Part,
+    ) -> impl Iterator<Item = usize> + use<S> {
         let lanes = Lanes::<S>::COUNT;
-        for at in (groups.start / lanes * lanes..groups.end).step_by(lanes) {
+        let groups = self.rows_of(part);
+        (groups.start / lanes * lanes..groups.end).step_by(lanes)
+    }
+
+    fn rows_of(&self, part: &Part) -> Range<usize> {
+        self.rows[part.y[0]].start..self.rows[part.y[1]].end
+    }
+
+    /// Bits of the groups from a place on, as many as there are lanes, that reach a part of the tile and of which a
+    /// ray may lie in it.
+    #[inline(always)]
+    pub fn open<S: Simd>(&self, simd: S, at: usize, part: &Part, reach: &[f32]) -> u64 {
+        let near = Lanes::splat(simd, part.near);
+        let left = near.lit(part.x[0] as f64);
+        let right = near.lit(part.x[1] as f64 + 1.0);
+        let mut open = near.lt(Lanes::load(simd, &reach[at..]))
+            & Lanes::load(simd, &self.left[at..]).lt(right)
+            & left.lt(Lanes::load(simd, &self.right[at..]));
+        if let Some([u, v, w]) = part.slopes {
+            let (u, v, w) = (self.slope(u), self.slope(v), self.slope(w));
             let least = u.most(simd, at).min(v.most(simd, at)).min(w.most(simd, at));
-            let open = Lanes::splat(simd, near).lt(Lanes::load(simd, &reach[at..]));
-            let mut bits = (least.lit(0.0).lt(least) & open).to_bitmask();
-            while bits != 0 {
-                let group = at + bits.trailing_zeros() as usize;
-                meet(group, &mut reach[group]);
-                bits &= bits - 1;
-            }
+            open &= least.lit(0.0).lt(least);
         }
+        // Of the first and the last register only those in the rows.
+        let rows = self.rows_of(part);
+        open.to_bitmask() & ones(rows.start.max(at) - at, rows.end - at)
     }
 
     #[inline(always)]
@@ -104,6 +126,12 @@ impl Groups {
         let y = if b > 0.0 { &self.bottom } else { &self.top };
         Slope { a, b, c, x, y }
     }
+}
+
+/// Bits from a place to before another one, as far as a word goes.
+#[inline(always)]
+fn ones(from: usize, to: usize) -> u64 {
+    (u64::MAX >> (64 - to.min(64))) & (u64::MAX << from)
 }
 
 #[inline(always)]

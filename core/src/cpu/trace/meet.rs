@@ -1,26 +1,41 @@
 //! How rays meet each kind of solid.
 
-use super::Tracer;
 use super::best::{Best, Sample};
 use super::target::Target;
-use super::triangle::Edges;
+use super::triangle::{Linear, Ready, Waiting};
+use super::{CUBOID, SPHERE, TRIANGLE, Tracer};
 use crate::geometry::batch::{Rays, SIZE, load3};
 use crate::num::{Lanes, Num};
-use crate::shapes::{Plane, Solid, Triangle};
+use crate::shapes::{Cuboid, Plane, Solid, Sphere};
 use crate::vector::V3;
 use fearless_simd::Simd;
 use glam::{DVec3, Vec3};
 
+/// Of a triangle on so few pixels the box around it tells well enough which registers of rays it may touch.
+const SMALL: usize = 64;
+
 impl Tracer<'_> {
-    /// Rays of all targets meet a solid.
+    /// Rays of all targets meet a solid, or it waits until more of its kind are met.
     #[inline(always)]
-    pub fn meet<S: Simd>(&self, simd: S, place: usize, targets: &mut [Target<'_>]) {
-        let id = place as u32;
+    pub fn meet<S: Simd>(
+        &self,
+        simd: S,
+        place: usize,
+        waiting: &mut Waiting,
+        targets: &mut [Target<'_>],
+    ) {
         match self.geometry.solids[place] {
             Solid::Triangle(at) => {
-                self.meet_triangle(simd, &self.geometry.triangles[at as usize], id, targets);
+                let shift = self.anchor.as_vec3();
+                let corners = self.geometry.triangles[at as usize].corners;
+                waiting.push(corners.map(|corner| corner + shift), TRIANGLE | at);
+                if waiting.is_full(simd) {
+                    self.meet_waiting(simd, waiting, targets);
+                }
             }
-            Solid::Sphere { center, radius, .. } => {
+            Solid::Sphere(at) => {
+                let (Sphere { center, radius, .. }, id) =
+                    (self.geometry.spheres[at as usize], SPHERE | at);
                 let to = self.anchor + center.as_dvec3();
                 let power = to.length_squared() - f64::from(radius).powi(2);
                 let around = (to.as_vec3(), Vec3::splat(radius));
@@ -28,7 +43,9 @@ impl Tracer<'_> {
                     self.meet_sphere(simd, (to, power, f64::from(radius)), id, rays, best);
                 });
             }
-            Solid::Box { min, max, .. } => {
+            Solid::Cuboid(at) => {
+                let (Cuboid { min, max, .. }, id) =
+                    (self.geometry.cuboids[at as usize], CUBOID | at);
                 let [min, max] = [min, max].map(|corner| self.anchor + corner.as_dvec3());
                 let around = ((0.5 * (min + max)).as_vec3(), (0.5 * (max - min)).as_vec3());
                 meet_near(simd, around, targets, |rays, best| {
@@ -116,42 +133,65 @@ impl Tracer<'_> {
         }
     }
 
+    /// Rays of all targets meet the triangles that wait.
+    #[inline(always)]
+    pub fn meet_waiting<S: Simd>(
+        &self,
+        simd: S,
+        waiting: &mut Waiting,
+        targets: &mut [Target<'_>],
+    ) {
+        let ready = waiting.take(simd, &self.screen);
+        let mut bits = ready.seen;
+        while bits != 0 {
+            self.meet_triangle(simd, &ready, bits.trailing_zeros() as usize, targets);
+            bits &= bits - 1;
+        }
+    }
+
     /// Edge functions: volumes of the ray's direction (under parallel projection its offset) with
     /// the corners, equal and opposite for the two triangles of an edge, so that none leaves a gap.
     #[inline(always)]
     fn meet_triangle<S: Simd>(
         &self,
         simd: S,
-        triangle: &Triangle,
-        id: u32,
+        ready: &Ready,
+        at: usize,
         targets: &mut [Target<'_>],
     ) {
-        let shift = self.anchor.as_vec3();
-        let [a, b, c] = triangle.corners.map(|corner| corner + shift);
-        let Some(area) = self.screen.covered([a, b, c]) else { return };
-        let edges = Edges::new([a, b, c], self.viewpoint);
-        let Edges([u, v, w, numerator]) = &edges;
+        let (area, id, linear) = (ready.area(at), ready.id(at), ready.linear(at));
+        let slopes = (area.count() > SMALL).then(|| self.slopes(&linear)).flatten();
+        let [u, v, w, numerator] = &linear;
         let met = [u.lanes(simd), v.lanes(simd), w.lanes(simd)];
         let numerator = numerator.lanes(simd);
-        let parallel = self.viewpoint.parallel;
-        for side in edges.seen_from(parallel) {
-            let [u, v, w] = &side;
-            let slopes = [self.screen.slope(u), self.screen.slope(v), self.screen.slope(w)];
-            for target in &mut *targets {
-                let Some((rows, slopes)) = target.part(&area, &slopes) else { continue };
-                let Target { groups, samples, reach, secant, .. } = &mut *target;
-                let reach = (area.near * *secant, reach.as_mut_slice());
-                groups.within(simd, rows, slopes, reach, |group, reach| {
+        for tile in area.tiles() {
+            let Some(target) = targets.get_mut(self.tiles[tile]) else { continue };
+            let Some(part) = target.part(&area, slopes.as_ref()) else { continue };
+            let Target { groups, samples, reach, .. } = &mut *target;
+            for first in groups.registers(simd, &part) {
+                let mut bits = groups.open(simd, first, &part, reach);
+                while bits != 0 {
+                    let group = first + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
                     let place = group * Lanes::<S>::COUNT;
                     let (Sample { rays, best }, at) = (&mut samples[place / SIZE], place % SIZE);
-                    let variable = if parallel { &rays.offset } else { &rays.direction };
+                    let variable =
+                        if self.screen.parallel { &rays.offset } else { &rays.direction };
                     if best.meet(simd, at, &met, &numerator, load3(simd, variable, at), id) {
-                        *reach = best.farthest(simd, at);
+                        reach[group] = best.farthest(simd, at);
                     }
-                });
-                target.look(simd);
+                }
             }
+            target.look(simd);
         }
+    }
+
+    /// The edge functions on the screen, with the sign that makes them positive on the triangle where it is
+    /// seen; none under parallel projection, where the distance has no sign of its own.
+    #[inline(always)]
+    fn slopes(&self, [u, v, w, numerator]: &[Linear; 4]) -> Option<[[f32; 3]; 3]> {
+        let slope = |of: &Linear| self.screen.slope(&if numerator.0 > 0.0 { *of } else { -of });
+        (!self.screen.parallel).then(|| [slope(u), slope(v), slope(w)])
     }
 }
 

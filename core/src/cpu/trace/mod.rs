@@ -5,6 +5,7 @@ mod best;
 mod groups;
 mod meet;
 mod resolve;
+mod screen;
 mod target;
 mod triangle;
 
@@ -19,13 +20,18 @@ use crate::shapes::Geometry;
 use best::{Best, Sample};
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec2, DVec3};
+use screen::Screen;
 use target::{Sides, Target};
-use triangle::Screen;
+use triangle::Waiting;
 
 /// Solids between two looks at how far a tile's rays still reach.
 const SOLIDS_A_LOOK: usize = 24;
-/// Marks an id as a plane's; ids of solids are places in [`Geometry::solids`].
-const PLANE: u32 = 1 << 31;
+/// The bits of an id that tell its kind; the rest is a place among that kind in [`Geometry`].
+const KIND: u32 = 3 << 30;
+const TRIANGLE: u32 = 0;
+const SPHERE: u32 = 1 << 30;
+const CUBOID: u32 = 2 << 30;
+const PLANE: u32 = 3 << 30;
 
 /// Tiles along a side of a block: so many share a walk and what is made of a triangle, while their rays
 /// stay in the cache of a core.
@@ -51,11 +57,11 @@ pub struct Cast<'r> {
     pub groups: &'r Groups,
 }
 
-/// First hits of the rays of neighbouring tiles, which are shifted within their pixels by so much; some
+/// First hits of the rays of neighbouring tiles, [`ACROSS`] by as many at most, which are shifted within their pixels by so much; some
 /// are missing if the job is over.
 pub fn block(context: &Context, shifts: [DVec2; 2], casts: &[Cast<'_>]) -> Vec<Vec<Box<Hits>>> {
     let Some(block) = Block::around(casts.iter().map(|cast| cast.tile)) else { return Vec::new() };
-    let tracer = Tracer::new(context, &block, shifts);
+    let tracer = Tracer::new(context, &block, shifts, casts);
     dispatch!(context.job.level, simd => tracer.trace(simd, &block, casts, context.far_m))
 }
 
@@ -75,16 +81,22 @@ struct Tracer<'a> {
     anchor: DVec3,
     screen: Screen,
     sides: Sides,
+    /// Places among the targets of the block's tiles, row by row; of tiles without rays, none.
+    tiles: [usize; ACROSS * ACROSS],
     progress: &'a Progress,
 }
 
 impl<'a> Tracer<'a> {
-    fn new(context: &'a Context, block: &Block, shifts: [DVec2; 2]) -> Self {
+    fn new(context: &'a Context, block: &Block, shifts: [DVec2; 2], casts: &[Cast<'_>]) -> Self {
         let (geometry, viewpoint) = (context.geometry, &context.viewpoint);
         let anchor = geometry.anchor - viewpoint.position;
         let screen = Screen::new(viewpoint, block, shifts);
         let sides = Sides::new(block, viewpoint);
-        Self { geometry, viewpoint, anchor, screen, sides, progress: context.job.progress }
+        let mut tiles = [usize::MAX; ACROSS * ACROSS];
+        for (place, Cast { tile, .. }) in casts.iter().enumerate() {
+            tiles[(tile.y - block.y) / TILE * ACROSS + (tile.x - block.x) / TILE] = place;
+        }
+        Self { geometry, viewpoint, anchor, screen, sides, tiles, progress: context.job.progress }
     }
 
     /// Where the rays of all tiles end, in one walk, which a job that is over leaves early.
@@ -128,8 +140,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn sample<'r, S: Simd>(&self, simd: S, rays: &'r Rays, far_m: f32) -> Sample<'r> {
         let zero = [0.0; SIZE];
-        let nothing = [f32::from_bits(NOTHING); SIZE];
-        let mut best = Best { length: [far_m; SIZE], u: zero, v: zero, id: nothing };
+        let mut best = Best { length: [far_m; SIZE], u: zero, v: zero, id: [NOTHING; SIZE] };
         // What fills a batch up must not look as if it still reached far.
         best.length[rays.count..].fill(0.0);
         for (id, plane) in (PLANE..).zip(&self.geometry.planes) {
@@ -158,6 +169,7 @@ impl<'a> Tracer<'a> {
             (stack[0], top) = (root, 1);
         }
         let (mut farthest, mut met) = (f32::INFINITY, 0);
+        let mut waiting = Waiting::default();
         while top > 0 {
             top -= 1;
             let (near, at) = stack[top];
@@ -170,7 +182,7 @@ impl<'a> Tracer<'a> {
                 let places = first..first + node.count as usize;
                 met += places.len();
                 for place in places {
-                    self.meet(simd, place, targets);
+                    self.meet(simd, place, &mut waiting, targets);
                 }
                 if met >= SOLIDS_A_LOOK {
                     if self.progress.is_over() {
@@ -190,6 +202,7 @@ impl<'a> Tracer<'a> {
                 top += 1;
             }
         }
+        self.meet_waiting(simd, &mut waiting, targets);
     }
 
     /// Length of the tile's ray that is nearest to the view direction, a metre deep [m].

@@ -1,12 +1,12 @@
 //! What was hit: surfaces and normals.
 
 use super::best::Best;
-use super::{PLANE, Tracer};
-use crate::geometry::batch::{Hits, NOTHING, Rays, Rows, SIZE, get3, load3};
+use super::{CUBOID, KIND, SPHERE, TRIANGLE, Tracer};
+use crate::geometry::batch::{Hits, NOTHING, Rays, load3};
 use crate::num::{Lanes, Num};
-use crate::shapes::Solid;
-use fearless_simd::Simd;
-use glam::Vec3;
+use crate::shapes::{Cuboid, Triangle};
+use crate::vector::V3;
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 
 impl Tracer<'_> {
     /// Normals and surfaces of the nearest hits.
@@ -14,69 +14,112 @@ impl Tracer<'_> {
     pub fn resolve<S: Simd>(&self, simd: S, rays: &Rays, best: &Best) -> Box<Hits> {
         let mut hits = Box::<Hits>::default();
         hits.length = best.length;
-        for at in 0..rays.count {
-            let id = best.id[at].to_bits();
-            if id == NOTHING {
-                continue;
+        for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+            let ids = S::u32s::from_slice(simd, &best.id[at..at + Lanes::<S>::COUNT]);
+            let zero = Lanes::splat(simd, 0.0);
+            let mut normal = V3::new(zero, zero, zero);
+            let mut surface = S::u32s::splat(simd, NOTHING);
+            // One after the other what any of these rays hit: neighbours mostly hit the same.
+            let mut open = !ids.simd_eq(S::u32s::splat(simd, NOTHING));
+            while open.any_true() {
+                let first = open.to_bitmask().trailing_zeros() as usize;
+                let id = best.id[at + first];
+                let same = ids.simd_eq(S::u32s::splat(simd, id));
+                let (its_normal, its_surface) = self.normal(simd, id, (rays, best), at);
+                normal = V3::select(same, its_normal, normal);
+                surface = same.select(S::u32s::splat(simd, its_surface), surface);
+                open &= !same;
             }
-            let (normal, surface) = if id & PLANE != 0 {
-                let plane = &self.geometry.planes[(id & !PLANE) as usize];
-                (plane.normal.as_vec3(), plane.surface)
-            } else {
-                self.normal(&self.geometry.solids[id as usize], (rays, best), at)
-            };
-            hits.surface[at] = surface;
-            for k in 0..3 {
-                hits.normal[k][at] = normal[k];
-            }
+            let [x, y, z] = &mut hits.normal;
+            let facing = facing(normal, load3(simd, &rays.direction, at));
+            facing.x.store(&mut x[at..]);
+            facing.y.store(&mut y[at..]);
+            facing.z.store(&mut z[at..]);
+            surface.store_slice(&mut hits.surface[at..at + Lanes::<S>::COUNT]);
         }
-        face_the_eye(simd, &rays.direction, &mut hits.normal);
         hits
     }
 
-    /// A normal, of any length, and the surface.
+    /// Normals, of any length, of what rays hit, and its surface.
     #[inline(always)]
-    fn normal(&self, solid: &Solid, (rays, best): (&Rays, &Best), at: usize) -> (Vec3, u32) {
-        let ray = get3(&rays.direction, at);
-        let point = || get3(&rays.offset, at) + ray * best.length[at] - self.anchor.as_vec3();
-        match *solid {
-            Solid::Triangle(place) => {
-                let triangle = &self.geometry.triangles[place as usize];
-                let Some([a, b, c]) = self.geometry.smooth.get(triangle.smooth as usize) else {
-                    return (triangle.face(), triangle.surface);
-                };
-                let [u, v] = [best.u[at], best.v[at]];
-                let smooth = u * *a + v * *b + (1.0 - u - v) * *c;
-                // A smooth normal on the far side of its face would light the wrong side.
-                let flipped = smooth.dot(ray) * triangle.face().dot(ray) < 0.0;
-                (if flipped { -smooth } else { smooth }, triangle.surface)
+    fn normal<S: Simd>(
+        &self,
+        simd: S,
+        id: u32,
+        (rays, best): (&Rays, &Best),
+        at: usize,
+    ) -> (V3<Lanes<S>>, u32) {
+        let place = (id & !KIND) as usize;
+        match id & KIND {
+            TRIANGLE => {
+                let triangle = &self.geometry.triangles[place];
+                let weights = (Lanes::load(simd, &best.u[at..]), Lanes::load(simd, &best.v[at..]));
+                (self.of_triangle(simd, triangle, weights), triangle.surface)
             }
-            Solid::Sphere { center, surface, .. } => (point() - center, surface),
-            Solid::Box { min, max, surface } => {
-                let at = (point() - 0.5 * (min + max)) / (max - min);
-                let axis = usize::from(at.y.abs() > at.x.abs());
-                let axis = if at.z.abs() > at[axis].abs() { 2 } else { axis };
-                (Vec3::AXES[axis], surface)
+            SPHERE => {
+                let sphere = &self.geometry.spheres[place];
+                let center = V3::splat(simd, sphere.center.to_array());
+                (self.points(simd, rays, best, at) - center, sphere.surface)
+            }
+            CUBOID => {
+                let cuboid = &self.geometry.cuboids[place];
+                (of_cuboid(simd, cuboid, self.points(simd, rays, best, at)), cuboid.surface)
+            }
+            _ => {
+                let plane = &self.geometry.planes[place];
+                (V3::splat(simd, plane.normal.as_vec3().to_array()), plane.surface)
             }
         }
     }
+
+    /// Where rays end, relative to the anchor.
+    #[inline(always)]
+    fn points<S: Simd>(&self, simd: S, rays: &Rays, best: &Best, at: usize) -> V3<Lanes<S>> {
+        let length = Lanes::load(simd, &best.length[at..]);
+        let way = load3(simd, &rays.direction, at).scale(length);
+        let anchor = V3::splat(simd, self.anchor.as_vec3().to_array());
+        load3(simd, &rays.offset, at) + way - anchor
+    }
+
+    #[inline(always)]
+    fn of_triangle<S: Simd>(
+        &self,
+        simd: S,
+        triangle: &Triangle,
+        (u, v): (Lanes<S>, Lanes<S>),
+    ) -> V3<Lanes<S>> {
+        let Some([a, b, c]) = self.geometry.smooth.get(triangle.smooth as usize) else {
+            return V3::splat(simd, triangle.face().to_array());
+        };
+        let [a, b, c] = [a.to_array(), b.to_array(), c.to_array()];
+        let w = u.lit(1.0) - u - v;
+        let ab = V3::splat(simd, a).scale(u) + V3::splat(simd, b).scale(v);
+        ab + V3::splat(simd, c).scale(w)
+    }
 }
 
-/// Turns normals towards the eye and gives them unit length; what is zero remains so.
+/// The normals of the sides on which points of a box lie.
 #[inline(always)]
-fn face_the_eye<S: Simd>(simd: S, rays: &Rows, normals: &mut Rows) {
-    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
-        let (ray, normal) = (load3(simd, rays, at), load3(simd, normals, at));
-        let zero = ray.x.lit(0.0);
-        let along = normal.x * ray.x + normal.y * ray.y + normal.z * ray.z;
-        let square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
-        let inverse = zero.lit(1.0) / square.sqrt();
-        let inverse = Lanes::select(zero.lt(along), -inverse, inverse);
-        let is_finite = inverse.abs().lt(zero.lit(f64::from(f32::MAX)));
-        let inverse = Lanes::select(is_finite, inverse, zero);
-        let [x, y, z] = normals;
-        (normal.x * inverse).store(&mut x[at..]);
-        (normal.y * inverse).store(&mut y[at..]);
-        (normal.z * inverse).store(&mut z[at..]);
-    }
+fn of_cuboid<S: Simd>(simd: S, cuboid: &Cuboid, point: V3<Lanes<S>>) -> V3<Lanes<S>> {
+    let Cuboid { min, max, .. } = *cuboid;
+    let at = point - V3::splat(simd, (0.5 * (min + max)).to_array());
+    let size = V3::splat(simd, (max - min).to_array());
+    let (x, y, z) = ((at.x / size.x).abs(), (at.y / size.y).abs(), (at.z / size.z).abs());
+    let (zero, one) = (x.lit(0.0), x.lit(1.0));
+    let is_z = x.max(y).lt(z);
+    let is_y = x.lt(y);
+    let flat = V3::new(Lanes::select(is_y, zero, one), Lanes::select(is_y, one, zero), zero);
+    V3::select(is_z, V3::new(zero, zero, one), flat)
+}
+
+/// Normals turned towards the eye, of unit length; what is zero remains so.
+#[inline(always)]
+fn facing<S: Simd>(normal: V3<Lanes<S>>, ray: V3<Lanes<S>>) -> V3<Lanes<S>> {
+    let zero = ray.x.lit(0.0);
+    let along = normal.x * ray.x + normal.y * ray.y + normal.z * ray.z;
+    let square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
+    let inverse = zero.lit(1.0) / square.sqrt();
+    let inverse = Lanes::select(zero.lt(along), -inverse, inverse);
+    let is_finite = inverse.abs().lt(zero.lit(f64::from(f32::MAX)));
+    normal.scale(Lanes::select(is_finite, inverse, zero))
 }

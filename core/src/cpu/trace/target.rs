@@ -1,8 +1,8 @@
 //! The tiles of a block while their rays are traced.
 
 use super::best::Sample;
-use super::groups::Groups;
-use super::triangle::Area;
+use super::groups::{Groups, Part};
+use super::screen::Area;
 use super::{Block, SOLIDS_A_LOOK};
 use crate::frame::viewpoint::Viewpoint;
 use crate::geometry::batch::{SIZE, TILE};
@@ -41,20 +41,20 @@ pub struct Sides {
 }
 
 impl Target<'_> {
-    /// Its rows in which something may be seen before all else, and functions on its own screen.
+    /// What of a triangle may be seen here before all else; its slopes are told on the block's screen.
     #[inline(always)]
-    pub fn part(&self, area: &Area, slopes: &[[f32; 3]; 3]) -> Option<([usize; 2], [[f32; 3]; 3])> {
-        let ([left, right], [top, bottom]) = (area.x, area.y);
-        let beside = right < self.x || self.x + TILE <= left;
-        let off = bottom < self.y || self.y + TILE <= top;
-        if beside || off || area.near * self.secant > self.farthest {
+    pub fn part(&self, area: &Area, slopes: Option<&[[f32; 3]; 3]>) -> Option<Part> {
+        let near = area.near * self.secant;
+        if near > self.farthest {
             return None;
         }
-        let rows = [top.saturating_sub(self.y), (bottom - self.y).min(TILE - 1)];
+        let within = |[first, last]: [usize; 2], start: usize| {
+            [first.saturating_sub(start), (last - start).min(TILE - 1)]
+        };
         let (x, y) = (self.x as f32, self.y as f32);
-        let [u, v, w] = *slopes;
         let own = |[a, b, c]: [f32; 3]| [a, b, c + a * x + b * y];
-        Some((rows, [own(u), own(v), own(w)]))
+        let slopes = slopes.map(|[u, v, w]| [own(*u), own(*v), own(*w)]);
+        Some(Part { x: within(area.x, self.x), y: within(area.y, self.y), near, slopes })
     }
 
     /// Has met a solid: looks from time to time how far its rays still reach.

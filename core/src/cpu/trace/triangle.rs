@@ -1,136 +1,128 @@
-//! A triangle as rays meet it: where it appears on the screen, and its edge functions.
+//! Triangles as rays meet them, with their edge functions: as many triangles at once as there are lanes.
 
-use super::Block;
-use crate::frame::viewpoint::Viewpoint;
-use crate::num::Lanes;
+use super::screen::{Area, Screen};
+use crate::num::{Lanes, Num};
 use crate::vector::V3;
-use fearless_simd::Simd;
-use glam::{DVec2, Vec2, Vec3, Vec3A};
+use fearless_simd::{Simd, SimdBase};
+use glam::Vec3;
 
-/// A rectangle of a block's pixels, ends included, and how near what appears there begins.
-pub struct Area {
-    /// First and last column.
-    pub x: [usize; 2],
-    /// First and last row.
-    pub y: [usize; 2],
-    /// Lower bound of its depth in front of the eye [m].
-    pub near: f32,
+/// A number of each triangle; no register has more lanes.
+pub type Row = [f32; 16];
+
+/// Triangles relative to the camera that wait until they fill a register.
+#[derive(Default)]
+pub struct Waiting {
+    corners: [[Row; 3]; 3],
+    ids: [u32; 16],
+    count: usize,
 }
 
-/// Where points relative to the camera appear among the samples of a block of pixels.
-pub struct Screen {
-    forward: Vec3A,
-    /// Products with a point, divided by its depth under perspective [px].
-    x: Vec3A,
-    y: Vec3A,
-    /// Added to that: the picture's middle relative to the block, less the samples' largest and
-    /// smallest shifts [px].
-    first: Vec2,
-    last: Vec2,
-    /// Pixels across and down.
-    size: [usize; 2],
-    parallel: bool,
-    /// A ray at the block's corner, unnormalised, or its offset under parallel projection; and what one
-    /// pixel to the right and one down adds to it.
-    corner: Vec3A,
-    step_x: Vec3A,
-    step_y: Vec3A,
-    /// What rounding may change, per metre of the vectors that a ray is multiplied by.
-    slack: f32,
-}
-
-impl Screen {
-    /// For a block of pixels whose rays are shifted within them by so much.
-    pub fn new(viewpoint: &Viewpoint, block: &Block, [least, most]: [DVec2; 2]) -> Self {
-        let half = 0.5 * viewpoint.size();
-        let (x, y) = viewpoint.picture_axes();
-        let middle = half - DVec2::new(block.x as f64, block.y as f64);
-        let (right, up) = viewpoint.half_axes();
-        let (step_x, step_y) = (right / half.x, -up / half.y);
-        let aside = step_x * -middle.x + step_y * -middle.y;
-        let corner = if viewpoint.parallel { aside } else { viewpoint.forward + aside };
-        let [across, down] = block.size.map(|size| size as f64);
-        let reach = corner.length() + across * step_x.length() + down * step_y.length();
-        Self {
-            forward: viewpoint.forward.as_vec3a(),
-            x: Vec3A::from(x) * half.x as f32,
-            y: Vec3A::from(y) * half.y as f32,
-            first: (middle - most).as_vec2(),
-            last: (middle - least).as_vec2(),
-            size: block.size,
-            parallel: viewpoint.parallel,
-            corner: corner.as_vec3a(),
-            step_x: step_x.as_vec3a(),
-            step_y: step_y.as_vec3a(),
-            // The three products of f32 numbers in each of both ways to a value, and their sums.
-            slack: 2e-6 * reach as f32,
-        }
-    }
-
-    /// A function of rays on the screen, c + a·x + b·y, as (a, b, c): nowhere smaller than what rays
-    /// themselves would say, each times a positive number.
+impl Waiting {
+    /// One more.
     #[inline(always)]
-    pub fn slope(&self, of: &Linear) -> [f32; 3] {
-        let Linear(constant, vector) = of;
-        let slack = self.slack * vector.abs().element_sum() + 2e-6 * constant.abs();
-        let vector = Vec3A::from(*vector);
-        let c = constant + vector.dot(self.corner) + slack;
-        [vector.dot(self.step_x), vector.dot(self.step_y), c]
-    }
-
-    /// The block's pixels that a triangle may cover.
-    #[inline(always)]
-    pub fn covered(&self, [a, b, c]: [Vec3; 3]) -> Option<Area> {
-        // The corners side by side.
-        let xs = Vec3A::new(a.x, b.x, c.x);
-        let ys = Vec3A::new(a.y, b.y, c.y);
-        let zs = Vec3A::new(a.z, b.z, c.z);
-        let along = |v: Vec3A| xs * v.x + ys * v.y + zs * v.z;
-        let (mut x, mut y, depth) = (along(self.x), along(self.y), along(self.forward));
-        let size = xs.abs().max(ys.abs()).max(zs.abs());
-        let near = (depth - 1e-6 * size).min_element();
-        if !self.parallel {
-            // Close to the eye's plane the projection says nothing.
-            if depth.cmplt(1e-3 * size).any() {
-                return Some(self.everywhere(near));
+    pub fn push(&mut self, corners: [Vec3; 3], id: u32) {
+        let at = self.count;
+        for (rows, corner) in self.corners.iter_mut().zip(corners) {
+            for (row, coordinate) in rows.iter_mut().zip(corner.to_array()) {
+                row[at] = coordinate;
             }
-            let inverse = depth.recip();
-            (x, y) = (x * inverse, y * inverse);
         }
-        let x = range(x, self.first.x, self.last.x, self.size[0])?;
-        let y = range(y, self.first.y, self.last.y, self.size[1])?;
-        Some(Area { x, y, near })
+        self.ids[at] = id;
+        self.count += 1;
     }
 
-    fn everywhere(&self, near: f32) -> Area {
-        let [across, down] = self.size;
-        Area { x: [0, across - 1], y: [0, down - 1], near }
+    /// Whether they fill a register.
+    #[inline(always)]
+    pub fn is_full<S: Simd>(&self, _simd: S) -> bool {
+        self.count == Lanes::<S>::COUNT
+    }
+
+    /// All of them, ready to be met; none wait any more.
+    #[inline(always)]
+    pub fn take<S: Simd>(&mut self, simd: S, screen: &Screen) -> Ready {
+        let [a, b, c] = &self.corners;
+        let corners = [load(simd, a), load(simd, b), load(simd, c)];
+        let mut ready = Ready::new(simd, &corners, screen);
+        ready.seen &= (1 << self.count) - 1;
+        ready.ids = self.ids;
+        self.count = 0;
+        ready
     }
 }
 
-/// Pixels whose sample lies between corners, and a hundredth for the rounding of projections.
 #[inline(always)]
-fn range(corners: Vec3A, first: f32, last: f32, size: usize) -> Option<[usize; 2]> {
-    const ROOM: f32 = 0.01;
-    let last = corners.max_element() + last + ROOM;
-    // Truncation of a little less than one more: rounds up, by way of one instruction.
-    let first = (corners.min_element() + first + (1.0 - 2.0 * ROOM)) as usize;
-    (last >= first as f32 && first < size).then(|| [first, (last as usize).min(size - 1)])
+fn load<S: Simd>(simd: S, [x, y, z]: &[Row; 3]) -> V3<Lanes<S>> {
+    V3::new(Lanes::load(simd, x), Lanes::load(simd, y), Lanes::load(simd, z))
+}
+
+/// Triangles with all that rays need to meet them.
+pub struct Ready {
+    /// Bits of those that may be seen at all.
+    pub seen: u64,
+    ids: [u32; 16],
+    /// First and last column and row on the screen.
+    area: [Row; 4],
+    near: Row,
+    /// The three edge functions and the numerator of the distance: constant and vector.
+    linear: [[Row; 4]; 4],
+}
+
+impl Ready {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, corners: &[V3<Lanes<S>>; 3], screen: &Screen) -> Self {
+        let empty = [0.0; 16];
+        let (area, near, linear) = ([empty; 4], empty, [[empty; 4]; 4]);
+        let mut ready = Self { seen: 0, ids: [0; 16], area, near, linear };
+        ready.seen = screen.cover(simd, corners, &mut ready.area, &mut ready.near);
+        if ready.seen == 0 {
+            return ready;
+        }
+        let [a, b, c] = *corners;
+        let [u, v, w, numerator] = &mut ready.linear;
+        let face = cross(b - a, c - a);
+        let along = screen.parallel.then(|| V3::splat(simd, screen.forward.to_array()));
+        edge(b, c, along).store(u);
+        edge(c, a, along).store(v);
+        edge(a, b, along).store(w);
+        let zero = face.x.lit(0.0);
+        let slope = if along.is_some() { -face } else { V3::new(zero, zero, zero) };
+        LinearLanes(dot(a, face), slope).store(numerator);
+        ready
+    }
+
+    /// The id of one.
+    pub fn id(&self, at: usize) -> u32 {
+        self.ids[at]
+    }
+
+    /// Where one appears.
+    #[inline(always)]
+    pub fn area(&self, at: usize) -> Area {
+        let [left, right, top, bottom] = self.area.each_ref().map(|row| row[at] as i32 as usize);
+        Area { x: [left, right], y: [top, bottom], near: self.near[at] }
+    }
+
+    /// The edge functions and the numerator of the distance of one.
+    #[inline(always)]
+    pub fn linear(&self, at: usize) -> [Linear; 4] {
+        self.linear
+            .each_ref()
+            .map(|[constant, x, y, z]| Linear(constant[at], Vec3::new(x[at], y[at], z[at])))
+    }
 }
 
 /// A function that is linear in the ray: a constant and a vector.
 #[derive(Clone, Copy)]
-pub struct Linear(f32, Vec3);
+pub struct Linear(pub f32, pub Vec3);
 
-/// The same in lanes.
+/// One in every lane.
 pub struct LinearLanes<S: Simd>(Lanes<S>, V3<Lanes<S>>);
 
 impl Linear {
-    /// In the lanes of this machine.
+    /// The same one in all lanes.
     #[inline(always)]
     pub fn lanes<S: Simd>(&self, simd: S) -> LinearLanes<S> {
-        let constant = Lanes::splat(simd, self.0);
-        LinearLanes(constant, V3::lit(constant, self.1.as_dvec3()))
+        LinearLanes(Lanes::splat(simd, self.0), V3::splat(simd, self.1.to_array()))
     }
 }
 
@@ -139,6 +131,14 @@ impl<S: Simd> LinearLanes<S> {
     #[inline(always)]
     pub fn at(&self, ray: V3<Lanes<S>>) -> Lanes<S> {
         self.0 + self.1.dot(ray)
+    }
+
+    #[inline(always)]
+    fn store(self, [constant, x, y, z]: &mut [Row; 4]) {
+        self.0.store(constant);
+        self.1.x.store(x);
+        self.1.y.store(y);
+        self.1.z.store(z);
     }
 }
 
@@ -149,39 +149,30 @@ impl std::ops::Neg for &Linear {
     }
 }
 
-/// Three edge functions and the numerator of the distance.
-pub struct Edges(pub [Linear; 4]);
-
-impl Edges {
-    /// Of a triangle relative to the camera.
-    #[inline(always)]
-    pub fn new([a, b, c]: [Vec3; 3], viewpoint: &Viewpoint) -> Self {
-        let face = (b - a).cross(c - a);
-        let along = viewpoint.parallel.then(|| viewpoint.forward.as_vec3());
-        let slope = if viewpoint.parallel { -face } else { Vec3::ZERO };
-        Self([edge(b, c, along), edge(c, a, along), edge(a, b, along), Linear(a.dot(face), slope)])
-    }
-
-    /// The edge functions, with the sign that makes them positive on the triangle where it is seen.
-    #[inline(always)]
-    pub fn seen_from(&self, parallel: bool) -> impl Iterator<Item = [Linear; 3]> {
-        let Self([u, v, w, numerator]) = self;
-        // Under parallel projection the distance has no sign of its own: it may be seen from both sides.
-        let front = (parallel || numerator.0 > 0.0).then_some([*u, *v, *w]);
-        let back = (parallel || numerator.0 < 0.0).then(|| [-u, -v, -w]);
-        front.into_iter().chain(back)
-    }
-}
-
-/// The function that vanishes on the plane through an edge and the eye, or through an edge along a
-/// direction.
+/// The functions that vanish on the planes through edges and the eye, or through edges along a direction.
 #[inline(always)]
-fn edge(p: Vec3, q: Vec3, along: Option<Vec3>) -> Linear {
+fn edge<S: Simd>(p: V3<Lanes<S>>, q: V3<Lanes<S>>, along: Option<V3<Lanes<S>>>) -> LinearLanes<S> {
     // Always formed from the same end: what two triangles share is then equal to the bit, and the
     // difference of the ends keeps the digits of a small triangle far away.
-    let flipped = (p.x, p.y, p.z) > (q.x, q.y, q.z);
-    let (p, q, sign) = if flipped { (q, p, -1.0) } else { (p, q, 1.0) };
-    let Some(d) = along else { return Linear(0.0, sign * p.cross(q - p)) };
-    let aside = p - d * p.dot(d);
-    Linear(sign * d.dot(aside.cross(q - p)), sign * (p - q).cross(d))
+    let equal = [p.x.0.simd_eq(q.x.0), p.y.0.simd_eq(q.y.0)];
+    let flipped = q.x.lt(p.x) | (equal[0] & (q.y.lt(p.y) | (equal[1] & q.z.lt(p.z))));
+    let one = p.x.lit(1.0);
+    let sign = Lanes::select(flipped, -one, one);
+    let (p, q) = (V3::select(flipped, q, p), V3::select(flipped, p, q));
+    let Some(d) = along else { return LinearLanes(one.lit(0.0), cross(p, q - p).scale(sign)) };
+    let aside = p - d.scale(dot(p, d));
+    LinearLanes(sign * dot(d, cross(aside, q - p)), cross(p - q, d).scale(sign))
+}
+
+/// A vector product of which every product is rounded: a fused one differs in the last bit with the order of its
+/// factors, and with it on which side of an edge a ray passes.
+#[inline(always)]
+fn cross<S: Simd>(a: V3<Lanes<S>>, b: V3<Lanes<S>>) -> V3<Lanes<S>> {
+    V3::new(a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y)
+}
+
+/// A scalar product of which every product is rounded.
+#[inline(always)]
+fn dot<S: Simd>(a: V3<Lanes<S>>, b: V3<Lanes<S>>) -> Lanes<S> {
+    a.x * b.x + a.y * b.y + a.z * b.z
 }

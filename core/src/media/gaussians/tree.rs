@@ -26,7 +26,7 @@ impl BlobTree {
         let bounds = blobs.iter().map(|b| bounds(b, anchor, loss));
         // Of as many blobs as a scene may have it takes less than half a second: jobs that are over
         // wait for that.
-        let hierarchy = Hierarchy::build(bounds, &Progress::default()).unwrap_or_default();
+        let hierarchy = Hierarchy::build(bounds, 1.0, &Progress::default()).unwrap_or_default();
         Self { anchor, hierarchy }
     }
 
