@@ -284,10 +284,10 @@ impl LightTable {
         let end = Lanes::splat(simd, (self.shells - 2) as f32);
         let (shell, r) = cell(radial.max(one), end - one);
         let r = r.min(one);
-        let places = [face, row, column, shell].map(store);
         let sum = if self.lines {
-            self.lines(simd, places, [x, y, r])
+            self.lines(simd, [face, row, column, shell], [x, y, r])
         } else {
+            let places = [face, row, column, shell].map(store);
             let weights = [cubic(x), cubic(y), cubic(r)].map(|weights| weights.map(store));
             let mut sums = [0.0; PADDED];
             for (lane, sum) in sums.iter_mut().enumerate().take(Lanes::<S>::COUNT) {
@@ -305,15 +305,18 @@ impl LightTable {
     fn lines<S: Simd>(
         &self,
         simd: S,
-        [face, row, column, shell]: [Each; 4],
+        [face, row, column, shell]: [Lanes<S>; 4],
         [x, y, r]: [Lanes<S>; 3],
     ) -> Lanes<S> {
         let (wide, shells) = (self.side + 2, self.shells);
+        // The place of the first, exact: no table has as many samples as f32 has whole numbers.
+        let times = |a: usize| Lanes::splat(simd, a as f32);
+        let one = x.lit(1.0);
+        let line = face.mul_add(times(wide), row + one);
+        let place = line.mul_add(times(wide), column + one).mul_add(times(shells), shell);
         let mut around = [[0.0; PADDED]; 8];
-        for lane in 0..Lanes::<S>::COUNT {
-            let [face, row, column, shell] =
-                [face[lane], row[lane], column[lane], shell[lane]].map(|place| place as usize);
-            let first = ((face * wide + row + 1) * wide + column + 1) * shells + shell;
+        for (lane, first) in store(place).into_iter().enumerate().take(Lanes::<S>::COUNT) {
+            let first = first as i32 as usize;
             let next = first + wide * shells;
             for (i, at) in [first, first + shells, next, next + shells].into_iter().enumerate() {
                 let Some([near, far]) = self.values[at..].first_chunk::<2>() else { continue };

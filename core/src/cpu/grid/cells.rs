@@ -1,5 +1,6 @@
 //! The squares of a block.
 
+use super::table::Table;
 use super::{BLOCK, Grid};
 use crate::cpu::places::{CONTROL, Member, PLACES, Samples, cone};
 use crate::frame::context::Context;
@@ -86,12 +87,12 @@ impl Cell {
     }
 
     /// Whether the lamps are near, one by one of what is scattered: their glow varies too much across it.
-    pub fn near(&self, grid: &Grid) -> Vec<bool> {
+    pub fn near(&self, table: &Table) -> Vec<bool> {
+        let nearest = table.grid.fineness.near;
         let near = |image: &Option<Vec2>| {
-            image
-                .is_some_and(|image| self.side * grid.fineness.near > self.middle().distance(image))
+            image.is_some_and(|image| self.side * nearest > self.middle().distance(image))
         };
-        grid.images.iter().map(near).collect()
+        table.scattered.images.iter().map(near).collect()
     }
 
     /// Whether some of its samples pass an edge of the fog that others do not, or that some of the rays
@@ -111,12 +112,12 @@ impl Cell {
 
     /// Whether it is too large for what its rays may see: a lamp's image is near, lumps are so small that
     /// they may stand between the rays, or the rays spread too much.
-    pub fn is_coarse(&self, grid: &Grid, fog: &Sum<dyn Patched>, passed: &Passed) -> bool {
-        let Grid { context, fineness, .. } = grid;
-        if self.is_cut(grid, passed) {
+    pub fn is_coarse(&self, table: &Table, fog: &Sum<dyn Patched>, passed: &Passed) -> bool {
+        let Grid { context, fineness, .. } = table.grid;
+        if self.is_cut(table.grid, passed) {
             return true;
         }
-        if self.side > fineness.glow && self.near(grid).contains(&true) {
+        if self.side > fineness.glow && self.near(table).contains(&true) {
             return true;
         }
         let cone = cone(context, self.middle(), &[Vec2::splat(self.half())], self.ends[1]);

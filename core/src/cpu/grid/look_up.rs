@@ -30,18 +30,21 @@ fn in_lanes<S: Simd>(
     samples: &Samples,
     fogged: &mut [Fogged],
 ) {
-    let grid = table.grid;
-    let is_near = cell.near(grid);
+    let (grid, scattered) = (table.grid, table.scattered);
+    let is_near = cell.near(table);
     let [first, last] = if is_near.contains(&true) || table.knots.has_edges() {
         [0, table.knots.count() - 1]
     } else {
         let [first, last] = table.around(cell);
         [first.saturating_sub(1), (last + 1).min(table.knots.count() - 1)]
     };
-    let rays =
-        Rays { values: table.copy(cell, first, last), first, width: RATIO + 2 * grid.asked.len() };
+    let rays = Rays {
+        values: table.copy(cell, first, last),
+        first,
+        width: RATIO + 2 * scattered.asked.len(),
+    };
     let lamp = |i: &usize| &grid.context.lamps[grid.context.scatters[*i].lamp];
-    let lamps: Vec<&Lamp> = grid.asked.iter().map(lamp).collect();
+    let lamps: Vec<&Lamp> = scattered.asked.iter().map(lamp).collect();
     let has_lumps = grid.context.field.lumps() > 0;
     let (middle, scale) = (
         cell.middle(),
@@ -74,7 +77,7 @@ fn in_lanes<S: Simd>(
                     let to = lamps[slot].from_camera.beside(lanes.start, lanes.direction);
                     let mean = around.value(simd, k + 1, RATIO + lamps.len() + slot);
                     let from = along.place(k);
-                    a + mean * grid.glows[slot].between(simd, &to, from, t.max(from))
+                    a + mean * scattered.glows[slot].between(simd, &to, from, t.max(from))
                 } else {
                     let b = around.value(simd, k + 1, RATIO + slot);
                     (b - a).mul_add(at, a)
@@ -90,17 +93,20 @@ fn in_lanes<S: Simd>(
         let depth = lanes.haze + lumps;
         let (bulk, is_behind) = (bulk(depth, t), zero.lt(is_behind));
         let mut put = Put { members, fogged, is_run: lanes.is_run };
-        put.put(None, depth);
+        // Until all have read what it is without the lumps.
+        if scattered.is_last {
+            put.put(None, depth);
+        }
         for (slot, (ratio, lamp)) in ratios.iter().zip(&lamps).enumerate() {
             let to = lamp.from_camera.beside(lanes.start, lanes.direction);
-            let glow = &grid.glows[slot];
+            let glow = &scattered.glows[slot];
             let light = if is_near[slot] {
                 around.near(simd, lamps.len() + slot, glow, &to, &along, t)
             } else {
                 let ratio = ratio.max(zero);
                 Lanes::select(is_behind, ratio, ratio * glow.between(simd, &to, zero, t) * bulk)
             };
-            put.put(Some(slot), light);
+            put.put(Some(scattered.before + slot), light);
         }
     }
 }

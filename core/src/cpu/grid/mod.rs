@@ -13,7 +13,7 @@
 //! that of the view ray. A sample multiplies R by its own M and T again. T of the haze is its own; that of
 //! the lumps comes from the same rays.
 //!
-//! A block of the picture shares its knots along depth, and its rays serve all lamps. It is cut into square
+//! A block of the picture shares its knots along depth, and its rays serve several lamps. It is cut into square
 //! cells; eight rays around a cell tell what lies between. A cell is quartered near a lamp's image, where
 //! lumps are too small for it, an edge of the fog passes, or a ninth ray shows that the eight do not tell it.
 //! Samples of the smallest cells of which that holds get rays of their own.
@@ -25,13 +25,13 @@ mod look_up;
 mod rule;
 mod table;
 
-use super::fog::near_views;
+use super::fog::{lengths, near_views};
 use super::places::{Places, Samples};
 use crate::frame::context::Context;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Tile;
 use crate::geometry::batch::{Ends, Fogged};
-use crate::media::{Purpose, Smooth, Sum};
+use crate::media::{Patched, Purpose, Smooth, Sum};
 use cells::{Cell, Passed};
 use glam::Vec2;
 use glow::Glow;
@@ -41,71 +41,107 @@ use table::Table;
 /// Pixels along the side of a block.
 pub const BLOCK: usize = 64;
 
+/// How much is tabulated on the same rays: the cells of more lamps would cut up each other's, and all their numbers
+/// would not stay near.
+const TOGETHER: usize = 8;
+
 /// What all blocks of a frame share.
 pub struct Grid<'a> {
     context: &'a Context<'a>,
-    /// What is scattered.
-    asked: &'a [usize],
-    /// How the lamp of each of those glows.
-    glows: Vec<Glow>,
+    scattered: Vec<Scattered<'a>>,
     haze: Sum<dyn Smooth>,
     /// Whether that has edges.
     has_edges: bool,
     fineness: Fineness,
-    /// Where the lamp of each appears [px].
+}
+
+/// What is scattered of a few lamps, tabulated on the same rays.
+struct Scattered<'a> {
+    asked: &'a [usize],
+    /// How many come before them.
+    before: usize,
+    /// Whether none come after them.
+    is_last: bool,
+    /// How the lamp of each glows.
+    glows: Vec<Glow>,
+    /// Where it appears [px].
     images: Vec<Option<Vec2>>,
+}
+
+/// A block's samples, and the fog before them.
+struct Block<'a> {
+    corner: Vec2,
+    samples: Samples<'a>,
+    fog: Sum<dyn Patched>,
+    knots: Knots,
+    passed: Passed,
 }
 
 impl<'a> Grid<'a> {
     /// For what is scattered of some lamps.
     pub fn new(context: &'a Context<'a>, asked: &'a [usize]) -> Self {
         let haze = context.field.smooth(context.viewpoint.position);
+        let together = |(i, some): (usize, &'a [usize])| Scattered {
+            asked: some,
+            before: i * TOGETHER,
+            is_last: i * TOGETHER + some.len() == asked.len(),
+            glows: some.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
+            images: cells::images(context, some),
+        };
         Self {
             context,
-            asked,
-            glows: asked.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
+            scattered: asked.chunks(TOGETHER).enumerate().map(together).collect(),
             has_edges: haze.has_edges(),
             haze,
             fineness: Fineness::of(&context.view, context.field),
-            images: cells::images(context, asked),
         }
     }
 
     /// Adds what is scattered along the rays of some batches that pass through a block of the picture, given
     /// by its first tile, and what the lumps take away.
     pub fn light(&self, corner: Tile, block: &[Ends<'_>], fogged: &mut [Fogged]) {
-        let Self { context, fineness, .. } = self;
+        let context = self.context;
         let corner = Vec2::new(corner.x as f32, corner.y as f32);
         let places = Places::new(context, block);
         let fog = near_views(context, block, Purpose::Nodes).patched();
         let samples = Samples { block, places: &places };
-        let mut open = cells::of_block(&samples, corner, fineness.side);
-        let deepest = open.iter().map(|cell| cell.ends[1]).fold(0.0, f32::max);
+        let [_, deepest] = lengths(context, block);
         let Some(knots) = Knots::new(self, &fog, corner, deepest) else { return };
-        let mut table = Table::new(self, &fog, corner, knots);
         let passed = Passed::new(self, &samples, deepest);
+        let block = Block { corner, samples, fog, knots, passed };
+        for scattered in &self.scattered {
+            self.light_of(scattered, &block, fogged);
+        }
+    }
+
+    /// The same of a few lamps.
+    fn light_of(&self, scattered: &Scattered, block: &Block, fogged: &mut [Fogged]) {
+        let Block { corner, samples, fog, passed, .. } = block;
+        let fineness = self.fineness;
+        let mut open = cells::of_block(samples, *corner, fineness.side);
+        let mut table = Table::new(self, scattered, block);
         let mut alone = Vec::new();
-        while !open.is_empty() && !context.job.progress.is_over() {
+        while !open.is_empty() && !self.context.job.progress.is_over() {
             let (whole, mut split): (Vec<_>, Vec<_>) =
-                open.into_iter().partition(|cell| !cell.is_coarse(self, &fog, &passed));
+                open.into_iter().partition(|cell| !cell.is_coarse(&table, fog, passed));
             table.follow(whole.iter().flat_map(Cell::rays));
             let first = table.add(&whole.iter().map(Cell::check).collect::<Vec<_>>());
             for (i, cell) in whole.into_iter().enumerate() {
                 if table.is_rough(&cell, first + i, fineness.rough) {
                     split.push(cell);
                 } else {
-                    look_up::cell(&table, &cell, &samples, fogged);
+                    look_up::cell(&table, &cell, samples, fogged);
                 }
             }
             let (least, larger) = split.into_iter().partition::<Vec<_>, _>(Cell::is_least);
-            alone.extend(least.into_iter().flat_map(|cell| cell.alone(&samples)));
-            open = larger.into_iter().flat_map(|cell| cell.quarters(&samples)).collect();
+            alone.extend(least.into_iter().flat_map(|cell| cell.alone(samples)));
+            open = larger.into_iter().flat_map(|cell| cell.quarters(samples)).collect();
         }
         // Where neighbours have nothing to tell each other.
         let first = table.add(&alone.iter().map(Cell::middle).collect::<Vec<_>>());
         for (i, cell) in alone.iter_mut().enumerate() {
             cell.own = Some(first + i);
-            look_up::cell(&table, cell, &samples, fogged);
+            look_up::cell(&table, cell, samples, fogged);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::cells::{CHECK, Cell, weights};
 use super::knots::{Bounds, Knots};
 use super::rule::{Met, Page, cumulate};
-use super::{BLOCK, Grid};
+use super::{BLOCK, Block, Grid, Scattered};
 use crate::cpu::mapped::toward_light;
 use crate::cpu::places::CONTROL;
 use crate::frame::context::Context;
@@ -27,10 +27,12 @@ pub const RATIO: usize = 2;
 /// Rays of a block at its knots.
 pub struct Table<'a> {
     pub grid: &'a Grid<'a>,
+    /// What of them is tabulated.
+    pub scattered: &'a Scattered<'a>,
     fog: &'a Sum<dyn Patched>,
     corner: Vec2,
     /// Where they are along depth.
-    pub knots: Knots,
+    pub knots: &'a Knots,
     /// Which ray passes through a place of the block, by whole pixels.
     known: Vec<u32>,
     /// Sixteen rays a page, each `[knot][field]`.
@@ -41,9 +43,10 @@ const SIDE: usize = BLOCK + 1;
 const NONE: u32 = u32::MAX;
 
 impl<'a> Table<'a> {
-    pub fn new(grid: &'a Grid<'a>, fog: &'a Sum<dyn Patched>, corner: Vec2, knots: Knots) -> Self {
+    pub fn new(grid: &'a Grid<'a>, scattered: &'a Scattered<'a>, block: &'a Block) -> Self {
+        let Block { corner, fog, knots, .. } = block;
         let known = vec![NONE; SIDE * SIDE];
-        Self { grid, fog, corner, knots, known, pages: Vec::new() }
+        Self { grid, scattered, fog, corner: *corner, knots, known, pages: Vec::new() }
     }
 
     /// The sections of a sample's ray.
@@ -53,7 +56,7 @@ impl<'a> Table<'a> {
 
     /// Numbers of a ray at a knot.
     fn fields(&self) -> usize {
-        RATIO + 3 * self.grid.asked.len()
+        RATIO + 3 * self.scattered.asked.len()
     }
 
     fn place(&self, place: Vec2) -> usize {
@@ -69,7 +72,7 @@ impl<'a> Table<'a> {
 
     /// What the rays around a cell have at its knots `first` to `last`: `[knot][field][ray]`.
     pub fn copy(&self, cell: &Cell, first: usize, last: usize) -> Vec<[f32; CONTROL]> {
-        let width = RATIO + 2 * self.grid.asked.len();
+        let width = RATIO + 2 * self.scattered.asked.len();
         let mut copy = Vec::with_capacity((last + 1 - first) * width);
         let rays = self.rays(cell);
         for knot in first..=last {
@@ -120,26 +123,26 @@ impl<'a> Table<'a> {
         let groups = self.grid.context.field.groups().len();
         let t = self.knots.rows(&self.grid.haze, &rays);
         let fields = met.knotted(job.level, groups, &t);
-        let count = self.grid.asked.len();
+        let count = self.scattered.asked.len();
         let mut page = vec![[0.0; PADDED]; t.len() * self.fields()];
         for (k, rows) in page.chunks_mut(self.fields()).enumerate() {
             (rows[DEPTH], rows[BETA]) = (fields.lumps_depth[k], fields.lumps_beta[k]);
         }
         let mut of_lamp = None;
         let mut mean = Vec::new();
-        for (slot, i) in self.grid.asked.iter().enumerate() {
+        for (slot, i) in self.scattered.asked.iter().enumerate() {
             let scatter = &scatters[*i];
             let lamp = &lamps[scatter.lamp];
             if of_lamp != Some(scatter.lamp) {
                 mean = toward_light(self.grid.context, lamp, &rays, &t);
                 of_lamp = Some(scatter.lamp);
             }
-            let glow = &self.grid.glows[slot];
+            let glow = &self.scattered.glows[slot];
             let [beta, own] = &fields.groups[scatter.group];
             let met = Met { t: &t, beta, own, depth: &fields.depth, mean: &mean };
             let fields = [slot, count + slot, 2 * count + slot].map(|field| RATIO + field);
             let width = self.fields();
-            let mut put = Page { knots: &self.knots, rows: &mut page, width, fields };
+            let mut put = Page { knots: self.knots, rows: &mut page, width, fields };
             dispatch!(job.level, simd => cumulate(simd, glow, lamp, &rays, &met, &mut put));
         }
         page
@@ -166,8 +169,8 @@ impl<'a> Table<'a> {
             let each = around.iter().zip(weights);
             each.map(|(ray, weight)| weight * self.at(*ray, k, field)).sum::<f32>()
         };
-        let count = self.grid.asked.len();
-        let is_near = cell.near(self.grid);
+        let count = self.scattered.asked.len();
+        let is_near = cell.near(self);
         (first..=last).any(|k| {
             let depth = self.at(own, k, DEPTH);
             let off = (between(k, DEPTH) - depth).abs() * (-depth).exp();

@@ -181,7 +181,7 @@ fn cross<S: Simd, const PARALLEL: bool>(
             center.dot(direction).store(&mut middle[at..]);
             ((-miss2).exp() * Lanes::splat(simd, blob.k)).store(&mut density[at..]);
         }
-        if bounds(&density).1 < least * blob.k.min(1.0) {
+        if bounds(simd, &density).1 < least * blob.k.min(1.0) {
             continue;
         }
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
@@ -195,9 +195,9 @@ fn cross<S: Simd, const PARALLEL: bool>(
             start.store(&mut begins[at..]);
             (Lanes::load(simd, &density[at..]) * behind).store(&mut whole[at..]);
         }
-        let (low, high) = bounds(&middle);
+        let (low, high) = bounds(simd, &middle);
         let (first, last) = ((low - ENDS as f32) / a, (high + ENDS as f32) / a);
-        let most = bounds(&whole).1;
+        let most = bounds(simd, &whole).1;
         crossings.push(BlobOnRays { a, dense, first, last, middle, density, begins, whole, most });
     }
     crossings
@@ -214,7 +214,10 @@ fn add_fields<S: Simd>(
     depth: &mut [Each],
 ) {
     let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
-    let ends: Vec<(f32, f32)> = t.iter().map(bounds).collect();
+    let mut ends = Vec::with_capacity(t.len());
+    for t in t {
+        ends.push(bounds(simd, t));
+    }
     for blob in blobs {
         let begin = ends.partition_point(|end| end.1 < blob.first);
         let end = begin + ends[begin..].partition_point(|end| end.0 <= blob.last);
@@ -257,11 +260,12 @@ fn add<S: Simd>(simd: S, value: Lanes<S>, row: &mut Each, at: usize) {
 
 /// The smallest and the largest number of a row.
 #[inline(always)]
-fn bounds(row: &Each) -> (f32, f32) {
-    let (mut low, mut high) = (row[0], row[0]);
-    for value in &row[1..] {
-        low = if *value < low { *value } else { low };
-        high = if *value > high { *value } else { high };
+fn bounds<S: Simd>(simd: S, row: &Each) -> (f32, f32) {
+    let mut least = Lanes::load(simd, row);
+    let mut most = least;
+    for at in (Lanes::<S>::COUNT..PADDED).step_by(Lanes::<S>::COUNT) {
+        let some = Lanes::load(simd, &row[at..]);
+        (least, most) = (least.min(some), most.max(some));
     }
-    (low, high)
+    (-(-least).largest(), most.largest())
 }
