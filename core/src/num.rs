@@ -189,6 +189,21 @@ impl<S: Simd> Lanes<S> {
         self.0.reduce_max()
     }
 
+    /// The smallest and the largest of some numbers, none of which is NaN; both infinite if there are none.
+    #[inline(always)]
+    pub fn extremes(simd: S, row: &[f32]) -> [f32; 2] {
+        let mut least = Self::splat(simd, f32::INFINITY);
+        let mut most = Self::splat(simd, f32::NEG_INFINITY);
+        let whole = row.chunks_exact(Self::COUNT);
+        let rest = whole.remainder();
+        for some in whole {
+            let some = Self::load(simd, some);
+            (least, most) = (least.min(some), most.max(some));
+        }
+        let ends = [least.0.reduce_min(), most.0.reduce_max()];
+        rest.iter().fold(ends, |[least, most], one| [least.min(*one), most.max(*one)])
+    }
+
     #[inline(always)]
     fn constant(self, value: f32) -> S::f32s {
         S::f32s::splat(self.0.token(), value)

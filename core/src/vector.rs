@@ -35,6 +35,12 @@ impl<N: Num> V3<N> {
         self.x.mul_add(o.x, self.y.mul_add(o.y, self.z * o.z))
     }
 
+    /// Scalar product of which every product is rounded: the same to the bit whether the machine fuses them or not.
+    #[inline(always)]
+    pub fn plain_dot(self, o: Self) -> N {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {

@@ -90,23 +90,9 @@ fn bundle_of_views(context: &Context, block: &[Ends<'_>]) -> (Bundle, f64) {
 pub fn lengths(context: &Context, block: &[Ends<'_>]) -> [f32; 2] {
     block.iter().fold([f32::INFINITY, 0.0], |[shortest, longest], Ends { rays, hits }| {
         let own = &hits.length[..rays.count];
-        let [least, most] = dispatch!(context.job.level, simd => extremes(simd, own));
+        let [least, most] = dispatch!(context.job.level, simd => Lanes::extremes(simd, own));
         [shortest.min(least), longest.max(most)]
     })
-}
-
-/// The smallest and the largest of some numbers.
-#[inline(always)]
-fn extremes<S: Simd>(simd: S, row: &[f32]) -> [f32; 2] {
-    let (mut least, mut most) = (Lanes::splat(simd, f32::INFINITY), Lanes::splat(simd, f32::MIN));
-    let whole = row.chunks_exact(Lanes::<S>::COUNT);
-    let rest = whole.remainder();
-    for some in whole {
-        let some = Lanes::load(simd, some);
-        (least, most) = (least.min(some), most.max(some));
-    }
-    let ends = [-(-least).largest(), most.largest()];
-    rest.iter().fold(ends, |[least, most], one| [least.min(*one), most.max(*one)])
 }
 
 /// Bounds view rays around the camera: in f32, by chords, which keep the digits of small angles.
@@ -140,8 +126,8 @@ fn spread<S: Simd>(simd: S, rays: &Rays, axis: Vec3) -> [f32; 2] {
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let off = load3(simd, &rays.direction, at) - axis;
         let start = load3(simd, &rays.offset, at);
-        chord2 = chord2.max(off.x * off.x + off.y * off.y + off.z * off.z);
-        radius2 = radius2.max(start.x * start.x + start.y * start.y + start.z * start.z);
+        chord2 = chord2.max(off.plain_dot(off));
+        radius2 = radius2.max(start.plain_dot(start));
     }
     [chord2.largest(), radius2.largest()]
 }

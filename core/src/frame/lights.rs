@@ -27,8 +27,8 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     context.lamps.iter().map(side).collect()
 }
 
-/// For the mapped airlight: what lies between the lights and everything else, to draw straight lines through for the eye, else cubics.
-/// Whether any table had to be made.
+/// For the mapped airlight: what lies between the lights and everything else, to draw straight lines through for
+/// the eye, else cubics. Tells whether any table had to be made.
 ///
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.

@@ -1,11 +1,10 @@
 //! The squares of a block.
 
-use super::table::Table;
-use super::{BLOCK, Grid};
+use super::knots::between;
+use super::{BLOCK, Block, Grid, Scattered};
 use crate::cpu::places::{CONTROL, Member, PLACES, Samples, cone};
 use crate::frame::context::Context;
 use crate::geometry::batch::{Ends, SIZE, get3};
-use crate::media::{Patched, Sum};
 use crate::num::Num;
 use glam::{DVec2, Vec2, Vec3};
 
@@ -87,12 +86,12 @@ impl Cell {
     }
 
     /// Whether the lamps are near, one by one of what is scattered: their glow varies too much across it.
-    pub fn near(&self, table: &Table) -> Vec<bool> {
-        let nearest = table.grid.fineness.near;
+    pub fn near(&self, grid: &Grid, scattered: &Scattered) -> Vec<bool> {
+        let nearest = grid.fineness.near;
         let near = |image: &Option<Vec2>| {
             image.is_some_and(|image| self.side * nearest > self.middle().distance(image))
         };
-        table.scattered.images.iter().map(near).collect()
+        scattered.images.iter().map(near).collect()
     }
 
     /// Whether some of its samples pass an edge of the fog that others do not, or that some of the rays
@@ -112,16 +111,16 @@ impl Cell {
 
     /// Whether it is too large for what its rays may see: a lamp's image is near, lumps are so small that
     /// they may stand between the rays, or the rays spread too much.
-    pub fn is_coarse(&self, table: &Table, fog: &Sum<dyn Patched>, passed: &Passed) -> bool {
-        let Grid { context, fineness, .. } = table.grid;
-        if self.is_cut(table.grid, passed) {
+    pub fn is_coarse(&self, grid: &Grid, scattered: &Scattered, block: &Block) -> bool {
+        let Grid { context, fineness, .. } = grid;
+        if self.is_cut(grid, &block.passed) {
             return true;
         }
-        if self.side > fineness.glow && self.near(table).contains(&true) {
+        if self.side > fineness.glow && self.near(grid, scattered).contains(&true) {
             return true;
         }
         let cone = cone(context, self.middle(), &[Vec2::splat(self.half())], self.ends[1]);
-        let lumps = fog.lumps(&cone);
+        let lumps = block.fog.lumps(&cone);
         // In thin fog a lump stands out by what it adds.
         let hides = lumps.hidden_squared.sqrt() > fineness.hidden * lumps.depth.min(1.0);
         hides || cone.spread > fineness.wide
@@ -160,9 +159,8 @@ impl Passed {
 
 /// How many edges of the fog a ray passes before it ends; `edges` is room for them.
 fn count(grid: &Grid, ray: (Vec3, Vec3), end: f32, edges: &mut Vec<f32>) -> usize {
-    edges.clear();
-    grid.haze.edges(ray.0, ray.1, edges);
-    edges.iter().filter(|edge| **edge > 0.0 && **edge < end).count()
+    between(&grid.haze, ray, [0.0, end], edges);
+    edges.len()
 }
 
 /// How much the eight rays around a cell count at places of the square [−1, 1]²: those quadratics that are 1

@@ -204,12 +204,23 @@ impl Knots {
 }
 
 /// Where a ray passes edges between two ray parameters, ascending.
-fn passed(haze: &Sum<dyn Smooth>, ray: (Vec3, Vec3), [from, to]: [f32; 2]) -> Vec<f32> {
+fn passed(haze: &Sum<dyn Smooth>, ray: (Vec3, Vec3), ends: [f32; 2]) -> Vec<f32> {
     let mut edges = Vec::new();
-    haze.edges(ray.0, ray.1, &mut edges);
-    edges.retain(|edge| *edge > from && *edge < to);
+    between(haze, ray, ends, &mut edges);
     edges.sort_unstable_by(f32::total_cmp);
     edges
+}
+
+/// The same in any order, in place of what `edges` held.
+pub fn between(
+    haze: &Sum<dyn Smooth>,
+    ray: (Vec3, Vec3),
+    [from, to]: [f32; 2],
+    edges: &mut Vec<f32>,
+) {
+    edges.clear();
+    haze.edges(ray.0, ray.1, edges);
+    edges.retain(|edge| *edge > from && *edge < to);
 }
 
 /// The knots of a block as if there were no edges, from the first to the last; and where all lumps and lamps

@@ -31,7 +31,7 @@ fn in_lanes<S: Simd>(
     fogged: &mut [Fogged],
 ) {
     let (grid, scattered) = (table.grid, table.scattered);
-    let is_near = cell.near(table);
+    let is_near = cell.near(grid, scattered);
     let [first, last] = if is_near.contains(&true) || table.knots.has_edges() {
         [0, table.knots.count() - 1]
     } else {

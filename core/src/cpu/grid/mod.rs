@@ -116,14 +116,14 @@ impl<'a> Grid<'a> {
 
     /// The same of a few lamps.
     fn light_of(&self, scattered: &Scattered, block: &Block, fogged: &mut [Fogged]) {
-        let Block { corner, samples, fog, passed, .. } = block;
+        let Block { corner, samples, .. } = block;
         let fineness = self.fineness;
         let mut open = cells::of_block(samples, *corner, fineness.side);
         let mut table = Table::new(self, scattered, block);
         let mut alone = Vec::new();
         while !open.is_empty() && !self.context.job.progress.is_over() {
             let (whole, mut split): (Vec<_>, Vec<_>) =
-                open.into_iter().partition(|cell| !cell.is_coarse(&table, fog, passed));
+                open.into_iter().partition(|cell| !cell.is_coarse(self, scattered, block));
             table.follow(whole.iter().flat_map(Cell::rays));
             let first = table.add(&whole.iter().map(Cell::check).collect::<Vec<_>>());
             for (i, cell) in whole.into_iter().enumerate() {

@@ -170,7 +170,7 @@ impl<'a> Table<'a> {
             each.map(|(ray, weight)| weight * self.at(*ray, k, field)).sum::<f32>()
         };
         let count = self.scattered.asked.len();
-        let is_near = cell.near(self);
+        let is_near = cell.near(self.grid, self.scattered);
         (first..=last).any(|k| {
             let depth = self.at(own, k, DEPTH);
             let off = (between(k, DEPTH) - depth).abs() * (-depth).exp();

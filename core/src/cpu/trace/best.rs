@@ -1,6 +1,6 @@
 //! Rays and what each has met so far.
 
-use super::triangle::LinearLanes;
+use super::linear::LinearLanes;
 use crate::geometry::batch::{Rays, Row, SIZE};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;

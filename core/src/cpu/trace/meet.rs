@@ -1,8 +1,9 @@
 //! How rays meet each kind of solid.
 
 use super::best::{Best, Sample};
+use super::linear::Linear;
 use super::target::Target;
-use super::triangle::{Linear, Ready, Waiting};
+use super::triangle::{Ready, Waiting};
 use super::{CUBOID, SPHERE, TRIANGLE, Tracer};
 use crate::geometry::batch::{Rays, SIZE, load3};
 use crate::num::{Lanes, Num};

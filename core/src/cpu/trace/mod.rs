@@ -3,6 +3,7 @@
 
 mod best;
 mod groups;
+mod linear;
 mod meet;
 mod resolve;
 mod screen;

@@ -116,8 +116,8 @@ fn of_cuboid<S: Simd>(simd: S, cuboid: &Cuboid, point: V3<Lanes<S>>) -> V3<Lanes
 #[inline(always)]
 fn facing<S: Simd>(normal: V3<Lanes<S>>, ray: V3<Lanes<S>>) -> V3<Lanes<S>> {
     let zero = ray.x.lit(0.0);
-    let along = normal.x * ray.x + normal.y * ray.y + normal.z * ray.z;
-    let square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
+    let along = normal.plain_dot(ray);
+    let square = normal.plain_dot(normal);
     let inverse = zero.lit(1.0) / square.sqrt();
     let inverse = Lanes::select(zero.lt(along), -inverse, inverse);
     let is_finite = inverse.abs().lt(zero.lit(f64::from(f32::MAX)));

@@ -1,9 +1,10 @@
 //! Where triangles appear on the screen, as many of them at once as there are lanes.
 
-use super::triangle::{Linear, Row};
+use super::linear::Linear;
 use super::{ACROSS, Block};
 use crate::frame::viewpoint::Viewpoint;
 use crate::geometry::batch::TILE;
+use crate::geometry::control::Each;
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask};
@@ -102,12 +103,12 @@ impl Screen {
         &self,
         simd: S,
         [a, b, c]: &[V3<Lanes<S>>; 3],
-        [left, right, top, bottom]: &mut [Row; 4],
-        near: &mut Row,
+        [left, right, top, bottom]: &mut [Each; 4],
+        near: &mut Each,
     ) -> u64 {
         let forward = V3::splat(simd, self.forward.to_array());
         let depths = [a.dot(forward), b.dot(forward), c.dot(forward)];
-        let size = extent(a).max(extent(b)).max(extent(c));
+        let size = largest(a).max(largest(b)).max(largest(c));
         let ([nearest, farthest], slack) = (ends(depths), size.lit(1e-6) * size);
         (nearest - slack).store(near);
         let ahead = Lanes::lt(-slack, farthest);
@@ -140,7 +141,7 @@ impl Screen {
 
 /// The largest coordinate.
 #[inline(always)]
-fn extent<S: Simd>(v: &V3<Lanes<S>>) -> Lanes<S> {
+fn largest<S: Simd>(v: &V3<Lanes<S>>) -> Lanes<S> {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 

@@ -1,19 +1,18 @@
 //! Triangles as rays meet them, with their edge functions: as many triangles at once as there are lanes.
 
+use super::linear::{Linear, LinearLanes};
 use super::screen::{Area, Screen};
+use crate::geometry::control::{Each, PADDED};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, SimdBase};
 use glam::Vec3;
 
-/// A number of each triangle; no register has more lanes.
-pub type Row = [f32; 16];
-
 /// Triangles relative to the camera that wait until they fill a register.
 #[derive(Default)]
 pub struct Waiting {
-    corners: [[Row; 3]; 3],
-    ids: [u32; 16],
+    corners: [[Each; 3]; 3],
+    ids: [u32; PADDED],
     count: usize,
 }
 
@@ -51,7 +50,7 @@ impl Waiting {
 }
 
 #[inline(always)]
-fn load<S: Simd>(simd: S, [x, y, z]: &[Row; 3]) -> V3<Lanes<S>> {
+fn load<S: Simd>(simd: S, [x, y, z]: &[Each; 3]) -> V3<Lanes<S>> {
     V3::new(Lanes::load(simd, x), Lanes::load(simd, y), Lanes::load(simd, z))
 }
 
@@ -59,20 +58,20 @@ fn load<S: Simd>(simd: S, [x, y, z]: &[Row; 3]) -> V3<Lanes<S>> {
 pub struct Ready {
     /// Bits of those that may be seen at all.
     pub seen: u64,
-    ids: [u32; 16],
+    ids: [u32; PADDED],
     /// First and last column and row on the screen.
-    area: [Row; 4],
-    near: Row,
+    area: [Each; 4],
+    near: Each,
     /// The three edge functions and the numerator of the distance: constant and vector.
-    linear: [[Row; 4]; 4],
+    linear: [[Each; 4]; 4],
 }
 
 impl Ready {
     #[inline(always)]
     fn new<S: Simd>(simd: S, corners: &[V3<Lanes<S>>; 3], screen: &Screen) -> Self {
-        let empty = [0.0; 16];
+        let empty = [0.0; PADDED];
         let (area, near, linear) = ([empty; 4], empty, [[empty; 4]; 4]);
-        let mut ready = Self { seen: 0, ids: [0; 16], area, near, linear };
+        let mut ready = Self { seen: 0, ids: [0; PADDED], area, near, linear };
         ready.seen = screen.cover(simd, corners, &mut ready.area, &mut ready.near);
         if ready.seen == 0 {
             return ready;
@@ -86,7 +85,7 @@ impl Ready {
         edge(a, b, along).store(w);
         let zero = face.x.lit(0.0);
         let slope = if along.is_some() { -face } else { V3::new(zero, zero, zero) };
-        LinearLanes(dot(a, face), slope).store(numerator);
+        LinearLanes(a.plain_dot(face), slope).store(numerator);
         ready
     }
 
@@ -111,44 +110,6 @@ impl Ready {
     }
 }
 
-/// A function that is linear in the ray: a constant and a vector.
-#[derive(Clone, Copy)]
-pub struct Linear(pub f32, pub Vec3);
-
-/// One in every lane.
-pub struct LinearLanes<S: Simd>(Lanes<S>, V3<Lanes<S>>);
-
-impl Linear {
-    /// The same one in all lanes.
-    #[inline(always)]
-    pub fn lanes<S: Simd>(&self, simd: S) -> LinearLanes<S> {
-        LinearLanes(Lanes::splat(simd, self.0), V3::splat(simd, self.1.to_array()))
-    }
-}
-
-impl<S: Simd> LinearLanes<S> {
-    /// Its value for rays.
-    #[inline(always)]
-    pub fn at(&self, ray: V3<Lanes<S>>) -> Lanes<S> {
-        self.0 + self.1.dot(ray)
-    }
-
-    #[inline(always)]
-    fn store(self, [constant, x, y, z]: &mut [Row; 4]) {
-        self.0.store(constant);
-        self.1.x.store(x);
-        self.1.y.store(y);
-        self.1.z.store(z);
-    }
-}
-
-impl std::ops::Neg for &Linear {
-    type Output = Linear;
-    fn neg(self) -> Linear {
-        Linear(-self.0, -self.1)
-    }
-}
-
 /// The functions that vanish on the planes through edges and the eye, or through edges along a direction.
 #[inline(always)]
 fn edge<S: Simd>(p: V3<Lanes<S>>, q: V3<Lanes<S>>, along: Option<V3<Lanes<S>>>) -> LinearLanes<S> {
@@ -160,8 +121,8 @@ fn edge<S: Simd>(p: V3<Lanes<S>>, q: V3<Lanes<S>>, along: Option<V3<Lanes<S>>>) 
     let sign = Lanes::select(flipped, -one, one);
     let (p, q) = (V3::select(flipped, q, p), V3::select(flipped, p, q));
     let Some(d) = along else { return LinearLanes(one.lit(0.0), cross(p, q - p).scale(sign)) };
-    let aside = p - d.scale(dot(p, d));
-    LinearLanes(sign * dot(d, cross(aside, q - p)), cross(p - q, d).scale(sign))
+    let aside = p - d.scale(p.plain_dot(d));
+    LinearLanes(sign * d.plain_dot(cross(aside, q - p)), cross(p - q, d).scale(sign))
 }
 
 /// A vector product of which every product is rounded: a fused one differs in the last bit with the order of its
@@ -169,10 +130,4 @@ fn edge<S: Simd>(p: V3<Lanes<S>>, q: V3<Lanes<S>>, along: Option<V3<Lanes<S>>>) 
 #[inline(always)]
 fn cross<S: Simd>(a: V3<Lanes<S>>, b: V3<Lanes<S>>) -> V3<Lanes<S>> {
     V3::new(a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y)
-}
-
-/// A scalar product of which every product is rounded.
-#[inline(always)]
-fn dot<S: Simd>(a: V3<Lanes<S>>, b: V3<Lanes<S>>) -> Lanes<S> {
-    a.x * b.x + a.y * b.y + a.z * b.z
 }

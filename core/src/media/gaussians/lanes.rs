@@ -181,7 +181,7 @@ fn cross<S: Simd, const PARALLEL: bool>(
             center.dot(direction).store(&mut middle[at..]);
             ((-miss2).exp() * Lanes::splat(simd, blob.k)).store(&mut density[at..]);
         }
-        if bounds(simd, &density).1 < least * blob.k.min(1.0) {
+        if Lanes::extremes(simd, &density)[1] < least * blob.k.min(1.0) {
             continue;
         }
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
@@ -195,9 +195,9 @@ fn cross<S: Simd, const PARALLEL: bool>(
             start.store(&mut begins[at..]);
             (Lanes::load(simd, &density[at..]) * behind).store(&mut whole[at..]);
         }
-        let (low, high) = bounds(simd, &middle);
+        let [low, high] = Lanes::extremes(simd, &middle);
         let (first, last) = ((low - ENDS as f32) / a, (high + ENDS as f32) / a);
-        let most = bounds(simd, &whole).1;
+        let most = Lanes::extremes(simd, &whole)[1];
         crossings.push(BlobOnRays { a, dense, first, last, middle, density, begins, whole, most });
     }
     crossings
@@ -216,11 +216,11 @@ fn add_fields<S: Simd>(
     let mut behind = vec![[0.0f32; PADDED]; t.len() + 1];
     let mut ends = Vec::with_capacity(t.len());
     for t in t {
-        ends.push(bounds(simd, t));
+        ends.push(Lanes::extremes(simd, t));
     }
     for blob in blobs {
-        let begin = ends.partition_point(|end| end.1 < blob.first);
-        let end = begin + ends[begin..].partition_point(|end| end.0 <= blob.last);
+        let begin = ends.partition_point(|end| end[1] < blob.first);
+        let end = begin + ends[begin..].partition_point(|end| end[0] <= blob.last);
         let a = Lanes::splat(simd, blob.a);
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let middle = Lanes::load(simd, &blob.middle[at..]);
@@ -256,16 +256,4 @@ fn add_fields<S: Simd>(
 #[inline(always)]
 fn add<S: Simd>(simd: S, value: Lanes<S>, row: &mut Each, at: usize) {
     (value + Lanes::load(simd, &row[at..])).store(&mut row[at..]);
-}
-
-/// The smallest and the largest number of a row.
-#[inline(always)]
-fn bounds<S: Simd>(simd: S, row: &Each) -> (f32, f32) {
-    let mut least = Lanes::load(simd, row);
-    let mut most = least;
-    for at in (Lanes::<S>::COUNT..PADDED).step_by(Lanes::<S>::COUNT) {
-        let some = Lanes::load(simd, &row[at..]);
-        (least, most) = (least.min(some), most.max(some));
-    }
-    (-(-least).largest(), most.largest())
 }
