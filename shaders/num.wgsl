@@ -36,6 +36,15 @@ fn absorptance(depth: f32) -> f32 {
     return select(1.0 - exp_bounded(-depth), series, depth < 0.01);
 }
 
+/// sin 2πx of an angle in turns.
+fn sin_turns(x: f32) -> f32 {
+    let turn = x - floor(x + 0.5);
+    let folded = select(select(turn, 0.5 - turn, turn > 0.25), -0.5 - turn, turn < -0.25);
+    let t = folded * folded;
+    let high = 81.601006 + t * (-76.54978 + t * 39.536705);
+    return folded * (6.2831855 + t * (-41.341656 + t * high));
+}
+
 /// Numerator and denominator of erf as a fraction x·P(x²)/Q(x²).
 fn erf_fraction(value: f32) -> vec2<f32> {
     let x = clamp(value, -ERF_END, ERF_END);

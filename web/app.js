@@ -1,6 +1,7 @@
 // The page: connects the request, the frame loop, the panels and the probe.
 
 import * as api from "./api.js";
+import { bindClock } from "./clock.js";
 import { completeCamera, orbit, pan, rayThrough, tidied, zoom } from "./camera.js";
 import { element, plainDoc } from "./dom.js";
 import { ErrorLayer } from "./errors.js";
@@ -34,6 +35,10 @@ let panels;
 /** The camera that the loaded scene came with. */
 let homeCamera;
 let refreshIsDue = false;
+const clock = bindClock(find("play"), find("time"), {
+  getTime: () => store.scene.time_s ?? 0,
+  setTime: (time_s) => store.set(["scene", "time_s"], time_s),
+});
 
 /**
  * For scripts and browser tests. `document.documentElement.dataset.frame` is `loading` while a newer picture is due, then
@@ -62,6 +67,7 @@ function onChange() {
   requestAnimationFrame(() => {
     refreshIsDue = false;
     panels?.refresh();
+    clock.refresh();
   });
 }
 
@@ -90,12 +96,14 @@ function onFrame(info) {
   panels?.showErrors([]);
   showFacts(find("facts"), info);
   showTimings(find("timings"), info);
+  clock.tick();
   if (info.quality !== "full") return;
   probe.refresh();
   errors.start(info);
 }
 
 function onProblem(error, retryIn_ms) {
+  clock.pause();
   status.show(error, retryIn_ms);
   panels?.showErrors(error.errors ?? []);
 }
@@ -156,6 +164,7 @@ function resetView() {
 }
 
 function loadScene(scene) {
+  clock.pause();
   homeCamera = structuredClone(scene.camera);
   store.load(scene);
   panels.rebuild();

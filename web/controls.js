@@ -5,6 +5,7 @@
 
 import { colourControl } from "./colours.js";
 import { element, freshId, numberText } from "./dom.js";
+import { mapControl } from "./map.js";
 import { hasSlider, isFocused, numberInput, numberInputs, sliderInput } from "./numbers.js";
 
 const JSON_TEXT_MOST = 20_000;
@@ -85,4 +86,5 @@ export const LEAVES = {
   boolean: booleanControl,
   string: stringControl,
   json: jsonControl,
+  map: mapControl,
 };

@@ -80,9 +80,10 @@ export class Schemas {
 
   /**
    * What kind of control a resolved schema asks for: `enum`, `tagged`, `choice`, `boolean`, `string`, `number`,
-   * `integer`, `tuple` (a few numbers), `list`, `object`, or `json` for what has no control of its own.
+   * `integer`, `tuple` (a few numbers), `map` (rows of numbers), `list`, `object`, or `json` for what has no control of its own.
    */
   shape(schema) {
+    if (schema["x-map"] !== undefined) return "map";
     if (this.options(schema)) return "enum";
     if (schema.oneOf) return this.tag(schema) ? "tagged" : "choice";
     if (schema.type === "array" || schema.prefixItems) return this.#arrayShape(schema);

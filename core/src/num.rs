@@ -38,6 +38,11 @@ pub trait Num:
     fn exp(self) -> Self;
     /// Natural logarithm of a positive number.
     fn ln(self) -> Self;
+    /// The largest whole number that is not above it.
+    fn floor(self) -> Self;
+    /// sin 2πx of an angle in turns; in f32 lanes its absolute error is below 2e-7 and that of the angle's own
+    /// rounding.
+    fn sin_turns(self) -> Self;
     /// Arc tangent; in f32 lanes its absolute error is below 2e-7.
     fn atan(self) -> Self;
     /// The angle from 0 to π whose sine and cosine are as `opposite` ≥ 0 to `adjacent`.
@@ -71,6 +76,10 @@ pub trait Num:
     fn any(mask: Self::Mask) -> bool;
     /// `a` where the mask holds, else `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The smallest and the largest lane.
+    fn range(self) -> [f64; 2];
+    /// What a function of two numbers makes of each lane: for look-ups, which lanes cannot do.
+    fn each(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
 
     /// self².
     #[inline(always)]
@@ -116,6 +125,14 @@ impl Num for f64 {
         f64::ln(self)
     }
     #[inline(always)]
+    fn floor(self) -> f64 {
+        f64::floor(self)
+    }
+    #[inline(always)]
+    fn sin_turns(self) -> f64 {
+        (std::f64::consts::TAU * (self - self.round())).sin()
+    }
+    #[inline(always)]
     fn atan(self) -> f64 {
         f64::atan(self)
     }
@@ -154,6 +171,14 @@ impl Num for f64 {
     #[inline(always)]
     fn select(mask: bool, a: f64, b: f64) -> f64 {
         if mask { a } else { b }
+    }
+    #[inline(always)]
+    fn range(self) -> [f64; 2] {
+        [self; 2]
+    }
+    #[inline(always)]
+    fn each(self, other: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
+        f(self, other)
     }
 }
 
@@ -376,6 +401,24 @@ impl<S: Simd> Num for Lanes<S> {
         Self(exponent.mul_add(self.constant(std::f32::consts::LN_2), log))
     }
 
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(self.0.floor())
+    }
+
+    /// Folded to a quarter turn on either side of 0; there a minimax fit of odd powers.
+    #[inline(always)]
+    fn sin_turns(self) -> Self {
+        const FIT: [f32; 5] =
+            [std::f32::consts::TAU, -41.341_656, 81.601_006, -76.549_78, 39.536_705];
+        let half = self.lit(0.5);
+        let turn = self - (self + half).floor();
+        let quarter = self.lit(0.25);
+        let folded = Self::select(quarter.lt(turn), half - turn, turn);
+        let x = Self::select(turn.lt(-quarter), -half - turn, folded);
+        x * Self(x.squared().polynomial(FIT))
+    }
+
     /// Abramowitz and Stegun 4.4.49 on [0, 1]; beyond, π/2 − atan(1/x).
     #[inline(always)]
     fn atan(self) -> Self {
@@ -437,6 +480,21 @@ impl<S: Simd> Num for Lanes<S> {
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
         Self(mask.select(a.0, b.0))
     }
+    #[inline(always)]
+    fn range(self) -> [f64; 2] {
+        [f64::from(self.0.reduce_min()), f64::from(self.0.reduce_max())]
+    }
+    #[inline(always)]
+    fn each(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut lanes = [[0.0; 16]; 2];
+        self.store(&mut lanes[0]);
+        other.store(&mut lanes[1]);
+        let [own, others] = &mut lanes;
+        for (a, b) in own.iter_mut().zip(others).take(Self::COUNT) {
+            *a = f(f64::from(*a), f64::from(*b)) as f32;
+        }
+        Self::load(self.0.token(), &lanes[0])
+    }
 }
 
 #[cfg(test)]
@@ -491,6 +549,16 @@ mod tests {
         let near = worst(grid(-2.0, 2.0), in_lanes!(|x| Num::exp(x)), f64::exp, f64::abs);
         assert!(near < 5e-7, "{near}");
         assert!(in_lanes!(|x| Num::exp(x))(-1e30) < 2e-38);
+    }
+
+    #[test]
+    fn sines_are_right_in_every_quarter() {
+        let sine = |x: f64| (std::f64::consts::TAU * x).sin();
+        let error = worst(grid(-3.0, 3.0), in_lanes!(|x| Num::sin_turns(x)), sine, |_| 1.0);
+        assert!(error < 4e-7, "{error}");
+        let exact =
+            worst(grid(-3.0, 3.0), in_lanes!(|x| Num::sin_turns(x)), Num::sin_turns, |_| 1.0);
+        assert!(exact < 4e-7, "{exact}");
     }
 
     #[test]

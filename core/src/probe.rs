@@ -1,13 +1,13 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
-use crate::airlight::{Method, Path, mapped, march, reference, sun2005};
+use crate::airlight::{Method, Path, macklin2010, mapped, march, reference, sun2005};
 use crate::geometry::Ray;
 use crate::light::{Light, least_distance};
 use crate::media::{Field, Scattering, in_channels};
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
-use crate::scene::{CheckedScene, Projection, Rgb, Spectrum, Vec3};
+use crate::scene::{CheckedScene, Projection, Rgb, Spectrum, SurfaceLighting, Vec3};
 use crate::shapes::{self, Geometry};
 use crate::surface::attenuated;
 use glam::DVec3;
@@ -180,6 +180,11 @@ impl<'a> Prober<'a> {
                         let to_light = source.beside(ray.origin.into(), ray.direction.into());
                         sun2005::share(field, group) * sun2005::airlight(beta, to_light, length)
                     }
+                    Method::Macklin2010 => {
+                        let beta = field.uniform_beta().unwrap_or_default();
+                        let to_light = source.beside(ray.origin.into(), ray.direction.into());
+                        sun2005::share(field, group) * macklin2010::airlight(beta, to_light, length)
+                    }
                     Method::Fogshop2007 => match &sighted {
                         Some(sighted) => {
                             let from_light = &band.from_lights[place];
@@ -236,7 +241,9 @@ impl<'a> Prober<'a> {
             let (normal, shininess) = (hit.normal.into(), material.shininess);
             let diffuse = attenuated::diffuse(normal, &toward);
             let specular = attenuated::specular(normal, direction.into(), &toward, shininess);
-            let depths = self.each_band(|field| field.depth_between(source.apex(), point));
+            let is_clear = self.scene.fog.surface_lighting == SurfaceLighting::Clear;
+            let depth = |field: &Field| field.depth_between(source.apex(), point);
+            let depths = self.each_band(|field| if is_clear { 0.0 } else { depth(field) });
             let through = channels(spectrum(&transmittances(&depths)));
             let reflected =
                 material.diffuse.vector() * diffuse + material.specular.vector() * specular;

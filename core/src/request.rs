@@ -237,19 +237,27 @@ impl ProbeRequest {
     pub fn check(self) -> Result<(CheckedScene, Vec<ProbeRay>), Vec<Problem>> {
         let mut check = Checker::default();
         check.count(self.rays.len(), COUNTS.rays, "rays", || "/rays".into());
+        let longest_m = self.scene.fog.longest_m();
         let rays = self.rays.iter().enumerate().take(COUNTS.rays);
-        let rays = rays.map(|(i, ray)| ray.check(&mut check, i)).collect();
+        let rays = rays.map(|(i, ray)| ray.check(&mut check, i, longest_m)).collect();
         Ok((check_scene(check, self.scene)?, rays))
     }
 }
 
 impl RayRequest {
-    fn check(&self, check: &mut Checker, i: usize) -> ProbeRay {
+    fn check(&self, check: &mut Checker, i: usize, longest_m: f64) -> ProbeRay {
         let at = |name: &str| format!("/rays/{i}/{name}");
         check.triple(self.origin.0, limits::COORDINATE, || at("origin"));
         check.direction(self.direction, || at("direction"));
         if let Some(distance_m) = self.max_distance_m {
             check.number(distance_m, limits::DISTANCE, || at("max_distance_m"));
+            if distance_m > longest_m {
+                let detail = format!(
+                    "a polynomial of the fog repeats more than {} times within {distance_m} m",
+                    COUNTS.periods
+                );
+                check.refuse(Code::OutOfRange, || at("max_distance_m"), detail);
+            }
         }
         ProbeRay {
             origin: self.origin.vector(),

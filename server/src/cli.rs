@@ -44,6 +44,31 @@ pub enum Command {
     Backends,
     /// Prints the JSON schema of a scene.
     Schema,
+    /// Prints a file of another program as a scene: .csv of time, x, y, z, radius, extinction.
+    Import(ImportArgs),
+    /// Prints a grey image as a fogmap, or writes a fogmap as an image.
+    Fogmap(FogmapArgs),
+}
+
+/// Options of `import`.
+#[derive(Args)]
+pub struct ImportArgs {
+    /// The file.
+    pub file: PathBuf,
+}
+
+/// Options of `fogmap`.
+#[derive(Args)]
+pub struct FogmapArgs {
+    /// A PNG of 8 or 16 bits, linear, white is 1, the first row at the smallest z.
+    #[arg(required_unless_present = "export", conflicts_with = "export")]
+    pub image: Option<PathBuf>,
+    /// A scene and one of its terms, by id or place, whose map is written as a PNG of 16 bits.
+    #[arg(long, num_args = 2, value_names = ["SCENE", "TERM"], requires = "out")]
+    pub export: Option<Vec<String>>,
+    /// Where to write it; `-` is standard output.
+    #[arg(short, long, env = "FOGBANK_OUT", value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// Options of `serve`.

@@ -174,13 +174,21 @@ pub fn schema() -> Result<(), Failure> {
     print(&schema_for!(Scene))
 }
 
-fn print(value: &impl Serialize) -> Result<(), Failure> {
+/// Writes a value as JSON to standard output.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn print(value: &impl Serialize) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let json = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
     written(json.and_then(|()| writeln!(out)))
 }
 
-fn written(result: io::Result<()>) -> Result<(), Failure> {
+/// What came of writing to standard output.
+///
+/// # Errors
+/// Why it failed, but for a reader who has had enough.
+pub fn written(result: io::Result<()>) -> Result<(), Failure> {
     match result {
         // Whoever read it, `head` perhaps, has had enough.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -189,7 +197,10 @@ fn written(result: io::Result<()>) -> Result<(), Failure> {
 }
 
 /// A scene by the name of a file, `-` for standard input, or `preset:NAME`.
-fn read_scene(name: &str) -> Result<Scene, Failure> {
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read_scene(name: &str) -> Result<Scene, Failure> {
     if let Some(preset) = name.strip_prefix("preset:") {
         let mut all = presets::all();
         if let Some(i) = all.iter().position(|known| known.name == preset) {

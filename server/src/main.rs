@@ -9,6 +9,7 @@ mod commands;
 mod connections;
 mod estimate;
 mod extract;
+mod import;
 mod layers;
 mod log;
 mod openapi;
@@ -36,7 +37,11 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let command = cli.command.unwrap_or(Command::Serve(cli.serve));
-    if !matches!(command, Command::Probe(_) | Command::Schema) {
+    let draws = matches!(
+        command,
+        Command::Serve(_) | Command::Render(_) | Command::Compare(_) | Command::Backends
+    );
+    if draws {
         session::leave_wayland_alone();
     }
     let result = match command {
@@ -45,6 +50,8 @@ fn main() -> ExitCode {
         Command::Compare(args) => commands::compare(args),
         Command::Backends => commands::backends(),
         Command::Schema => commands::schema(),
+        Command::Import(args) => import::import(args),
+        Command::Fogmap(args) => import::fogmap(args),
         Command::Serve(args) => serve::serve(args),
     };
     match result {

@@ -47,6 +47,11 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return row.extinction * sum / (high - low);
 }
 
+/// The same as view rays see it.
+fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return mean(row, a, b);
+}
+
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
     let is_uniform = row.low_m < -FAR && row.high_m > FAR;

@@ -574,7 +574,7 @@ fn put(
         let k = begin.x + i * begin.y;
         if k < scope.knots {
             let point = ray.offset + t[i] * ray.direction;
-            let filled = t[i] * haze::group_mean(group, ray.offset, point);
+            let filled = t[i] * haze::group_view_mean(group, ray.offset, point);
             table[index_of(DEPTH, c, k)] = gathered.depth[i];
             table[index_of(BETA, c, k)] = gathered.beta[i];
             table[index_of(OWN, c, k)] = gathered.own[i] + filled;

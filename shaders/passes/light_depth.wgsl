@@ -51,7 +51,8 @@ fn measure(
         }
     }
     if view::is_inside(frame, pixel) {
-        let rest = haze::depth(way.origin, way.direction, way.length_m);
+        let rest = way.length_m
+            * haze::mean(way.origin, way.origin + way.length_m * way.direction);
         store(pixel, select(0.0, depth, sees), select(0.0, rest, sees));
     }
 }

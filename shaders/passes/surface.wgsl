@@ -79,7 +79,9 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 
 /// T(s, p) of a lamp at the pixel's surface.
 fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -> f32 {
-#ifdef BLOBS
+#ifdef CLEAR
+    return 0.0;
+#else ifdef BLOBS
     let pixels = u32(frame.targets.x) * u32(frame.targets.y);
     return depths[(place - part.first) * pixels + view::index_of(frame, pixel)];
 #else

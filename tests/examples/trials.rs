@@ -1,5 +1,5 @@
 //! Prints the errors of the published airlight and of `auto` on the hard scenes as a table in
-//! Markdown: `cargo run --release -p fogbank-tests --example trials`.
+//! Markdown: `cargo run --release -p fogbank-tests --example trials`, and behind `--` a part of a scene's name.
 
 use fogbank_core::scene::{Airlight, Fog, read};
 use fogbank_tests::trials::{Errors, Trial, Use, all};
@@ -9,7 +9,8 @@ fn main() {
         "| scene | fogshop2007 | auto | near lamps | seams | 8-bit | near lamps | seams | draft |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for trial in all() {
+    let named = std::env::args().nth(1).unwrap_or_default();
+    for trial in all().into_iter().filter(|trial| trial.name.contains(&named)) {
         let mut cells = vec![if is_taken(&trial) { published(&trial) } else { "–".into() }];
         for wanted in [Use::Numbers, Use::Screen] {
             let auto = trial.measure("auto", wanted, 600, 200);

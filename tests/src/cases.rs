@@ -70,6 +70,53 @@ pub fn terms(inputs: &Value) -> Value {
     ])
 }
 
+/// The map of a case.
+pub fn fogmap(inputs: &Value) -> Value {
+    json!({ "kind": "fogmap", "degree": inputs["degree"], "origin": inputs["grid_origin_xz"],
+            "cell_m": inputs["cell"], "scale": 1.0, "coefficients": inputs["coef"] })
+}
+
+/// The members of a term of functions, as a case says them.
+pub fn members(kind: &str, inputs: &Value) -> Value {
+    let list = |key: &str| inputs[key].as_array().expect("a list").clone();
+    match kind {
+        "B.cosine" => list("terms").iter().map(wave).collect(),
+        "B.polynomial" => list("polys").iter().map(|poly| polynomial(inputs, poly)).collect(),
+        _ => json!([equipotential(inputs)]),
+    }
+}
+
+fn wave(term: &Value) -> Value {
+    json!({ "kind": "cosine", "amplitude": term["c"], "wave_vector": term["k"],
+            "phase_rad": term["phi"] })
+}
+
+/// Of one variable; half its period is a case's C.
+fn polynomial(inputs: &Value, poly: &Value) -> Value {
+    let axis = ["x", "y", "z"].iter().position(|name| poly["axis"] == *name).expect("an axis");
+    let monomial = |(i, c): (usize, &Value)| {
+        let mut powers = [0; 3];
+        powers[axis] = i;
+        json!({ "powers": powers, "coefficient": number(&poly["c"]) * number(c) })
+    };
+    let coefficients = poly["coef"].as_array().expect("coefficients").iter().enumerate();
+    let mut period = [Value::Null, Value::Null, Value::Null];
+    period[axis] = json!(2.0 * number(&inputs["C"]));
+    json!({ "kind": "polynomial", "monomials": coefficients.map(monomial).collect::<Vec<_>>(),
+            "period_m": period, "repeat": inputs["periodic"] })
+}
+
+fn equipotential(inputs: &Value) -> Value {
+    let given = &inputs["object"];
+    let object = match given["type"].as_str().expect("a type") {
+        "point" => json!({ "kind": "point", "position": given["pos"] }),
+        "line" => json!({ "kind": "line", "position": given["pos"], "direction": given["dir"] }),
+        _ => json!({ "kind": "sphere", "center": given["pos"], "radius": given["radius"] }),
+    };
+    json!({ "kind": "equipotential", "object": object, "strength": 1.0, "c": inputs["c"],
+            "d": inputs["d"] })
+}
+
 /// The ray of a probe from one point to another.
 pub fn segment(from: &Value, to: &Value) -> Value {
     let (a, b) = (vector(from), vector(to));

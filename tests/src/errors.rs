@@ -8,7 +8,7 @@ use fogbank_core::airlight::reference;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::geometry::Ray;
 use fogbank_core::light::{Source, point::Place};
-use fogbank_core::media::Field;
+use fogbank_core::media::{Field, Moment};
 use fogbank_core::phase::PhaseFunction;
 use fogbank_core::scene::{Airlight, Fog, Scene, read};
 use fogbank_core::{Progress, Renderer, presets};
@@ -90,7 +90,7 @@ fn of_the_reference() -> Vec<f64> {
         let mut random = Random(round);
         let terms = json!({ "terms": terms(&mut random, round) });
         let fog: Fog = read(terms.to_string().as_bytes()).expect("a fog");
-        let field = Field::new(&fog.terms, 0);
+        let field = Field::new(&fog.terms, 0, &Moment::default());
         for g in [0.0, 0.5, -0.5, 0.99] {
             let phase = PhaseFunction { g };
             errors.extend((0..RAYS / 4).map(|_| {

@@ -12,5 +12,6 @@ pub mod licences;
 pub mod mutation;
 pub mod quadrature;
 pub mod scenes;
+pub mod selftest;
 pub mod server;
 pub mod trials;

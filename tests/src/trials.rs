@@ -178,7 +178,122 @@ fn near_lamps(
 
 /// All lists.
 pub fn all() -> Vec<Trial> {
-    exact().into_iter().chain(hard()).chain(layered()).chain(smoke()).collect()
+    let others = exact().into_iter().chain(hard()).chain(layered()).chain(smoke());
+    others.chain(families()).collect()
+}
+
+/// Waves, polynomials, fog around objects and maps of all degrees, alone and in sums, with edges and without.
+pub fn families() -> Vec<Trial> {
+    let scene = |terms: Value, lamps: &[[f64; 3]], position: [f64; 3]| {
+        let lamps: Vec<_> = lamps.iter().map(|at| lamp(*at, [40.0, 34.0, 24.0])).collect();
+        json!({
+            "camera": camera(position, [0.0, 1.0, 0.0]),
+            "surfaces": [{ "shape": { "kind": "plane" } },
+                { "shape": { "kind": "sphere", "center": [1.2, 0.8, 0], "radius": 0.8 } }],
+            "lights": lamps, "fog": { "terms": terms }, "far_m": 200 })
+    };
+    let functions = |scale: f64, members: Value| json!({ "kind": "functions", "scale": scale, "members": members });
+    let wave = |amplitude: f64, k: [f64; 3]| json!({ "kind": "cosine", "amplitude": amplitude, "wave_vector": k });
+    let layers = functions(
+        0.1,
+        json!([
+            wave(1.0, [0.0; 3]),
+            wave(0.5, [0.0, 15.7, 0.0]),
+            wave(0.2, [2.2, 22.0, 0.0]),
+            wave(0.2, [-0.8, 15.7, 0.0]),
+            wave(0.1, [3.1, 0.0, 1.6])
+        ]),
+    );
+    let slopes = functions(
+        0.2,
+        json!([{ "kind": "polynomial", "period_m": [3, null, 4],
+        "monomials": [{ "powers": [2, 0, 1], "coefficient": 1 }] }]),
+    );
+    let boxed = functions(
+        0.3,
+        json!([{ "kind": "polynomial", "repeat": false, "period_m": [6, 4, 6],
+        "monomials": [{ "powers": [0, 0, 0], "coefficient": 0.6 }, { "powers": [1, 1, 0], "coefficient": 1 }] }]),
+    );
+    let objects = functions(
+        1.0,
+        json!([
+            { "kind": "equipotential", "strength": 0.3, "object": { "kind": "point", "position": [-1.5, 1, 0] } },
+            { "kind": "equipotential", "strength": 0.2, "d": 6,
+              "object": { "kind": "line", "position": [0, 0.3, -2], "direction": [1, 0, 0.2] } },
+            { "kind": "equipotential", "strength": -0.05, "d": 4,
+              "object": { "kind": "sphere", "center": [1.2, 0.8, 0], "radius": 1 } },
+        ]),
+    );
+    let map = |degree: u32, scale: Value, vertical: Value| {
+        let value = |i: usize, j: usize| ((i * 37 + j * 61) % 11) as f64 / 10.0;
+        let rows: Vec<Vec<_>> = (0..12).map(|j| (0..12).map(|i| value(i, j)).collect()).collect();
+        json!({ "kind": "fogmap", "degree": degree, "origin": [-8, -9], "cell_m": 1.3,
+            "scale": scale, "coefficients": rows, "vertical": vertical })
+    };
+    let (even, slab) =
+        (json!({ "kind": "uniform" }), json!({ "kind": "slab", "min_m": 0, "max_m": 1.4 }));
+    let thinning = json!({ "kind": "exponential", "base_m": 0.4, "falloff_per_m": 0.8 });
+    let blobs = json!({ "kind": "gaussians", "albedo": [0.9, 0.5, 0.3], "blobs": [
+        { "center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5 },
+        { "center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9 } ] });
+    let (low, high) = ([-0.5, 0.8, 1.0], [-0.5, 2.8, 1.0]);
+    let (within, above) = ([0.0, 1.0, 8.0], [0.0, 2.2, 8.0]);
+    vec![
+        Trial::new(
+            "waves",
+            "fine waves of fog around a lamp",
+            scene(json!([layers]), &[low], within),
+        ),
+        Trial::new(
+            "waves-blobs",
+            "the same with two blobs of another colour",
+            scene(json!([layers, blobs]), &[high], above),
+        ),
+        Trial::new(
+            "slopes",
+            "a polynomial that jumps from period to period",
+            scene(json!([slopes, haze(0.01)]), &[low], above),
+        ),
+        Trial::new(
+            "boxed",
+            "a polynomial in a box around a lamp",
+            scene(json!([boxed]), &[low], above),
+        ),
+        Trial::new(
+            "objects",
+            "fog around a point, a line and, taken away, a sphere",
+            scene(json!([haze(0.06), objects]), &[high, [2.0, 0.7, -3.0]], above),
+        ),
+        Trial::new(
+            "steps",
+            "a map of steps around a lamp",
+            scene(json!([map(0, json!(0.2), even.clone())]), &[low], above),
+        ),
+        Trial::new(
+            "map-slab",
+            "a map of slopes in a layer below a lamp",
+            scene(json!([map(1, json!(0.3), slab)]), &[high], above),
+        ),
+        Trial::new(
+            "map-thinning",
+            "a smooth map that thins out, in haze",
+            scene(json!([map(2, json!(0.3), thinning), haze(0.01)]), &[low], within),
+        ),
+        Trial::new(
+            "all-media",
+            "a map, waves and blobs that scatter in ways of their own",
+            scene(
+                json!([map(1, json!(0.1), even.clone()), layers, blobs]),
+                &[low, [3.0, 3.0, -2.0]],
+                above,
+            ),
+        ),
+        Trial::new(
+            "coloured-map",
+            "a map of another extinction in each channel",
+            scene(json!([map(2, json!([0.1, 0.2, 0.4]), even)]), &[high], within),
+        ),
+    ]
 }
 
 /// Fog whose terms scatter in ways of their own: smoke of two colours and two phases between two lamps,

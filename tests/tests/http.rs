@@ -2,6 +2,7 @@
 
 use fogbank_tests::decode::Picture;
 use fogbank_tests::http::Answer;
+use fogbank_tests::selftest::allowed;
 use fogbank_tests::server::Server;
 use fogbank_tests::{camera, decode};
 use image::ImageFormat;
@@ -329,9 +330,12 @@ fn every_model_is_described() {
         let of_kind = models.iter().filter(|model| model["kind"] == kind);
         of_kind.map(|model| model["name"].as_str().unwrap().to_owned()).collect()
     };
-    assert_eq!(named("medium"), ["homogeneous", "gaussians"]);
-    assert_eq!(named("airlight"), ["auto", "none", "sun2005", "fogshop2007", "reference"]);
-    assert_eq!(named("surface_lighting"), ["auto", "attenuated"]);
+    assert_eq!(named("medium"), ["homogeneous", "gaussians", "functions", "fogmap", "emitter"]);
+    assert_eq!(
+        named("airlight"),
+        ["auto", "none", "sun2005", "fogshop2007", "macklin2010", "reference"]
+    );
+    assert_eq!(named("surface_lighting"), ["auto", "clear", "attenuated"]);
     for model in &models {
         for member in ["source", "summary", "measured_error"] {
             assert!(model[member].as_str().is_some_and(|text| text.len() > 10), "{model}");
@@ -415,7 +419,7 @@ fn a_gpu_answers_like_the_cpu() {
     let backends = report["backends"].as_array().unwrap();
     assert_eq!([&backends[0]["backend"], &backends[1]["backend"]], ["cpu", "gpu"]);
     for model in backends.iter().flat_map(|backend| backend["models"].as_array().unwrap()) {
-        assert!(model["largest_difference"].as_f64().unwrap() < 1e-3, "{model}");
+        assert!(model["largest_difference"].as_f64().unwrap() < allowed(model), "{model}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Fog of a coloured extinction, and terms that scatter in ways of their own.
 
 use fogbank_core::Renderer;
-use fogbank_core::media::Field;
+use fogbank_core::media::{Field, Moment};
 use fogbank_core::phase::PhaseFunction;
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Scene, Term, read};
@@ -136,10 +136,10 @@ fn each_group_scatters_by_its_own_albedo_and_phase() {
     json["fog"]["airlight"] = json!("reference");
     let parsed: Scene = read(json.to_string().as_bytes()).unwrap();
     let (terms, checked) = (&parsed.fog.terms, scene(&json));
-    let whole = Field::new(terms, 0);
+    let whole = Field::new(terms, 0, &Moment::default());
     let phases = [0.0, 0.6, 0.0].map(|g| PhaseFunction { g });
     let albedos = [[1.0; 3], [0.9, 0.3, 0.2], [0.2, 0.4, 0.9]];
-    let alone = |term: &Term| Field::new(std::slice::from_ref(term), 0);
+    let alone = |term: &Term| Field::new(std::slice::from_ref(term), 0, &Moment::default());
     let rays = pixel_rays(&checked, 3, 2);
     for (ray, answer) in rays.iter().zip(probe(&checked, &rays)) {
         let length = answer.hit.as_ref().map_or(checked.far_m, |hit| hit.distance_m);

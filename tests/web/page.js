@@ -75,6 +75,12 @@ const SIMPLE = {
 const PATCHY = { ...SIMPLE, fog: { terms: [{ kind: "gaussians", blobs: [
   { center: [-1, 1, 1], radius: 1.5, extinction: 0.4 }, { center: [1.5, 2, 1], radius: 0.8, extinction: 1 },
 ] }] } };
+const SMOKING = { ...SIMPLE, fog: { wind: { velocity: [0.3, 0, 0] }, terms: [
+  { kind: "emitter", rate_hz: 8, lifetime_s: 3, radius: 0.3, extinction: 1 },
+] } };
+const MAPPED = { ...SIMPLE, fog: { ambient: [0.3, 0.3, 0.4], terms: [
+  { kind: "fogmap", cell_m: 2, origin: [-3, -3], coefficients: [[0.2, 0.1], [0.9, 0.4]] },
+] } };
 // Minutes of work.
 const SLOW = { ...SIMPLE, fog: { airlight: "reference", terms: [{ kind: "gaussians", blobs: Array.from({ length: 16 }, (_, i) =>
   ({ center: [i % 7 - 3, i % 3, i % 5 - 2], radius: 0.7, extinction: 0.5 })) }] } };
@@ -115,6 +121,39 @@ async function slowPictures() {
     await moreThan(0);
     await load(SIMPLE);
     assert.equal(await page.locator("#progress").isVisible(), false);
+  });
+}
+
+async function moving() {
+  await holds("time runs and rests, and the smoke moves", async () => {
+    await load(SMOKING);
+    const before = await pixels();
+    await page.locator("#play").click();
+    await until(() => (window.fogbank.request.scene.time_s ?? 0) > 0.5);
+    assert.equal(await page.locator("#play").innerText(), "Pause");
+    await toFull(() => page.locator("#play").click());
+    assert.notEqual(await pixels(), before);
+    const time = await page.evaluate(() => window.fogbank.request.scene.time_s);
+    assert.equal(await page.locator("#time").innerText(), `${time.toFixed(2)} s`);
+    await shot("smoke");
+  });
+  await holds("a map's cells are dragged, and chosen by keys", async () => {
+    await load(MAPPED);
+    await reveal("/scene/fog/terms/0/coefficients");
+    const map = at("/scene/fog/terms/0/coefficients", "canvas.map");
+    const box = await map.boundingBox();
+    const cell = () => page.evaluate(() => window.fogbank.request.scene.fog.terms[0].coefficients[0][1]);
+    await toFull(async () => {
+      await page.mouse.move(box.x + box.width * 0.75, box.y + box.height * 0.25);
+      await page.mouse.down();
+      await page.mouse.move(box.x + box.width * 0.75, box.y + box.height * 0.25 - 80, { steps: 4 });
+      await page.mouse.up();
+    });
+    isNear(await cell(), 0.6);
+    await map.focus();
+    await toFull(() => map.press("-"));
+    isNear(await cell(), 0.55);
+    await shot("map");
   });
 }
 
@@ -411,6 +450,8 @@ async function onADesk(browser) {
     assert.equal(await page.locator("#scene-dialog").isVisible(), false);
   });
   await slowPictures();
+  await moving();
+  await load(SIMPLE);
   await controls();
   await holds("every preset is shown in full", async () => {
     const names = await page.locator("#preset option").evaluateAll((options) => options.map(({ value }) => value));

@@ -12,6 +12,7 @@
 //! shows fog that stands unseen between the nodes.
 
 use super::about::{About, Exactness, PICTURES};
+use super::massed;
 use super::path::Path;
 use crate::light::ToLight;
 use crate::num::Num;
@@ -40,6 +41,9 @@ const EVEN_SHARE: f64 = 0.1;
 const SHORTEST: f64 = 1e-100;
 /// Optical depth behind which nothing is seen: e⁻²⁴.
 pub const OPAQUE: f64 = 24.0;
+
+/// More sections than this are one, of which the masses of its parts are summed up.
+const MOST_SECTIONS: usize = 32;
 
 /// Relative difference of two rules that agree along a single ray.
 const AGREE: f64 = 1e-4;
@@ -332,6 +336,7 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
     let Some((from, to)) = path.span() else { return 0.0 };
     let to = path.reaches(OPAQUE, from, to);
     let sections = path.sections(from, to);
+    let sections = if sections.len() > MOST_SECTIONS { vec![from, to] } else { sections };
     sections.windows(2).map(|ends| within(path, phase, ends[0], ends[1])).sum::<f64>() + 0.0
 }
 
@@ -343,6 +348,9 @@ fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
     let probes = Probes::new(from, to, path.dense(), &path.to_light);
     let monitor = probes.at.map(|t| path.scattered(phase, t).0.sqrt());
     let map = Map::new(phase, from, to, path.to_light, &probes, &monitor);
+    if massed::is_needed(path, from, to) {
+        return massed::airlight(path, phase, &map, [from, to]);
+    }
     // What the lumps alone remove is known; a rule that misses it has not seen them all.
     let (before, behind) = (path.depth_of_lumps(from), path.depth_of_lumps(to));
     let removed = (-before).exp() * -(before - behind).exp_m1();
@@ -358,8 +366,9 @@ fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
         let agree = (sum - coarse).abs() <= AGREE * sum;
         coarse = sum;
         if agree && (met - removed).abs() <= UNMET * removed {
-            break;
+            return sum;
         }
     }
-    coarse
+    // The masses of so many lumps are as good as the last rule at best; of waves and cells they are better.
+    if path.is_rippled() { massed::airlight(path, phase, &map, [from, to]) } else { coarse }
 }

@@ -6,8 +6,10 @@
 
 pub mod about;
 pub mod fogshop2007;
+pub mod macklin2010;
 pub mod mapped;
 pub mod march;
+mod massed;
 mod path;
 pub mod reference;
 pub mod sun2005;
@@ -88,6 +90,8 @@ airlight! {
     Sun2005 = sun2005::ABOUT,
     /// Fogshop 2007: its published approximation for homogeneous fog and Gaussians.
     Fogshop2007 = fogshop2007::ABOUT,
+    /// Macklin 2010: homogeneous fog that takes no light away.
+    Macklin2010 = macklin2010::ABOUT,
     /// The integral itself by adaptive quadrature: slow, for comparison.
     Reference = reference::ABOUT,
 }

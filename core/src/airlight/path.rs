@@ -16,6 +16,8 @@ pub(crate) struct Path<'a> {
     group: usize,
     /// Whether there is no other.
     is_alone: bool,
+    /// Whether only differences of T tell what is there.
+    is_rippled: bool,
     /// The ray.
     ray: Ray,
     /// How far it goes [m].
@@ -38,6 +40,7 @@ impl<'a> Path<'a> {
         Self {
             group,
             is_alone: field.groups().len() == 1,
+            is_rippled: field.is_rippled(),
             ray,
             length,
             to_light: light.beside(ray.origin.into(), ray.direction.into()),
@@ -68,6 +71,11 @@ impl<'a> Path<'a> {
         self.is_alone
     }
 
+    /// Whether the fog changes in places so fast that only differences of T tell what is there.
+    pub fn is_rippled(&self) -> bool {
+        self.is_rippled
+    }
+
     /// The same of the group.
     pub fn own_extinction(&self, t: f64) -> f64 {
         if self.is_alone {
@@ -94,6 +102,16 @@ impl<'a> Path<'a> {
     /// The same of the lumps alone.
     pub fn depth_of_lumps(&self, t: f64) -> f64 {
         if self.goes_on(self.lumps.terms()) { self.lumps.depth(t) } else { 0.0 }
+    }
+
+    /// T of the group from the eye to the ray parameter `t` [m].
+    pub fn own_depth(&self, t: f64) -> f64 {
+        let smooth = self.smooth.depth_of(self.group, t);
+        if self.goes_on(self.lumps.terms()) {
+            smooth + self.lumps.depth_of(self.group, t)
+        } else {
+            smooth
+        }
     }
 
     /// T from the light to the ray parameter `t` [m].
@@ -130,8 +148,11 @@ impl<'a> Path<'a> {
 
     /// The ray parameters from one to another between which the fog is smooth [m].
     pub fn sections(&self, from: f64, to: f64) -> Vec<f64> {
-        let inner = self.smooth.edges_between(from, to);
-        [from].into_iter().chain(inner).chain([to]).collect()
+        let mut ends = vec![from, to];
+        ends.extend(self.smooth.edges_between(from, to));
+        ends.extend(self.lumps.edges_between(from, to));
+        ends.sort_unstable_by(f64::total_cmp);
+        ends
     }
 
     /// Where T reaches `opaque` between two ray parameters, else the second one [m].
@@ -152,13 +173,15 @@ impl<'a> Path<'a> {
         high
     }
 
+    /// The finest length over which the fog changes between two ray parameters [m].
+    pub fn finest_m(&self, from: f64, to: f64) -> f64 {
+        if self.goes_on(self.lumps.terms()) { self.lumps.finest_m(from, to) } else { f64::INFINITY }
+    }
+
     /// The longest panel that still sees every lump between two ray parameters [m].
     pub fn resolution(&self, start: f64, end: f64) -> f64 {
         /// Its radii that a panel of fifteen nodes may be long.
         const RADII: f64 = 5.0;
-        if !self.goes_on(self.lumps.terms()) {
-            return f64::INFINITY;
-        }
-        RADII * self.lumps.finest_m(start, end)
+        RADII * self.finest_m(start, end)
     }
 }

@@ -19,7 +19,7 @@
 use super::about::{About, Exactness, Takes};
 use crate::light::ToLight;
 use crate::media::vertical::Profile;
-use crate::media::{Field, Term};
+use crate::media::{Field, Medium, Term};
 use crate::num::Num;
 
 /// Abscissae and weights of the Gauss–Legendre rule on [0, 1].

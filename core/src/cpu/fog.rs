@@ -1,13 +1,13 @@
 //! Optical depth and airlight of a batch of rays.
 
 use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
-use crate::airlight::{Method, Path, march, reference, sun2005};
+use crate::airlight::{Method, Path, macklin2010, march, reference, sun2005};
 use crate::frame::context::{Context, Lamp, Scatter};
 use crate::geometry::Ray;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::media::gaussians::BlobList;
-use crate::media::{Near, Purpose, Sum};
+use crate::media::{Legs, Medium, Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
@@ -29,7 +29,7 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
     }
     let parallel = context.viewpoint.parallel;
     if context.interpolates() {
-        let haze = field.smooth(context.viewpoint.position);
+        let haze = field.smooth(context.viewpoint.position, Legs::OfEyes);
         haze.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
         return fogged;
     }
@@ -41,7 +41,7 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
     let near = near_views(context, &[Ends { rays, hits }], Purpose::Depth);
     near.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
     match method {
-        Method::Sun2005 => {
+        Method::Sun2005 | Method::Macklin2010 => {
             let factor = |scatter: &Scatter| sun2005::share(field, scatter.group);
             add_homogeneous(context, asked, (rays, hits), factor, &mut fogged);
         }
@@ -147,12 +147,18 @@ fn add_homogeneous(
     for (i, row) in asked.iter().zip(&mut fogged.airlight) {
         let scatter = &context.scatters[*i];
         let (lamp, factor) = (&context.lamps[scatter.lamp], factor(scatter));
-        dispatch!(context.job.level, simd => add_sun(simd, (beta, factor), lamp, (rays, hits), row));
+        let is_thin = context.method == Method::Macklin2010;
+        dispatch!(context.job.level, simd => if is_thin {
+            add_closed::<_, true>(simd, (beta, factor), lamp, (rays, hits), row);
+        } else {
+            add_closed::<_, false>(simd, (beta, factor), lamp, (rays, hits), row);
+        });
     }
 }
 
+/// Macklin's closed form if `THIN`, else Sun's.
 #[inline(always)]
-fn add_sun<S: Simd>(
+fn add_closed<S: Simd, const THIN: bool>(
     simd: S,
     (beta, factor): (f64, f64),
     lamp: &Lamp,
@@ -164,7 +170,11 @@ fn add_sun<S: Simd>(
         let direction = load3(simd, &rays.direction, at);
         let light = lamp.from_camera.beside(load3(simd, &rays.offset, at), direction);
         let length = Lanes::load(simd, &hits.length[at..]);
-        let value = sun2005::airlight(one.lit(beta), light, length);
+        let value = if THIN {
+            macklin2010::airlight(one.lit(beta), light, length)
+        } else {
+            sun2005::airlight(one.lit(beta), light, length)
+        };
         value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);
     }
 }

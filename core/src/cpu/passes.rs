@@ -57,6 +57,7 @@ pub struct Shading {
     field: Same<Field>,
     /// In drafts it is carried over from pixel to pixel.
     is_low: bool,
+    is_clear: bool,
     lamp: Light,
 }
 
@@ -100,9 +101,10 @@ impl Shading {
     pub fn new(context: &Context, traced: &Arc<Traced>, lamp: usize) -> Self {
         let lamp = &context.lamps[lamp];
         let mut light = Light::new(lamp);
-        light.table = light.table.filter(|_| context.interpolates());
+        light.table = light.table.filter(|_| context.interpolates() && context.is_for_the_eye());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
-        Self { traced, field, is_low: context.is_low(), lamp: light }
+        let (is_low, is_clear) = (context.is_low(), context.is_clear);
+        Self { traced, field, is_low, is_clear, lamp: light }
     }
 }
 

@@ -5,25 +5,31 @@ use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::light::least_distance;
-use crate::media::{Near, Purpose, Sum};
+use crate::media::{Legs, Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::surface::attenuated::{diffuse, specular};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 
-/// Optical depth from one light to every hit; of what is smooth alone if the job is over.
+/// Optical depth from one light to every hit; of what is smooth alone if the job is over, and none if that light
+/// comes as in clear air.
 pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> Row {
     let Context { job, field, .. } = context;
+    if context.is_clear {
+        return [0.0; SIZE];
+    }
     let ways = dispatch!(job.level, simd => Ways::to_hits(simd, lamp, rays, hits));
     let mut depth = [0.0; SIZE];
     let is_unlit = hits.surface.iter().all(|s| *s == NOTHING);
-    let haze = field.smooth(lamp.source.apex());
+    let haze = field.smooth(lamp.source.apex(), Legs::OfLights);
     haze.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
     if is_unlit || field.lumps() == 0 || job.progress.is_over() {
         return depth;
     }
-    if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.interpolates()) {
+    if let Some(table) =
+        lamp.table.as_ref().as_ref().filter(|_| context.interpolates() && context.is_for_the_eye())
+    {
         dispatch!(job.level, simd => add_tabled(simd, table, &ways, &mut depth));
         return depth;
     }

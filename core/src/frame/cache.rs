@@ -6,7 +6,7 @@ use super::light_table::{Fineness, LightTable};
 use crate::airlight::fogshop2007::{CenterDepths, Eye};
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
-use crate::media::{Bands, Field, Term};
+use crate::media::{Bands, Field, Moment, Term};
 use crate::progress::{Interrupted, Progress};
 use crate::scene::{Blob, CheckedScene, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
@@ -14,6 +14,9 @@ use std::sync::Arc;
 
 /// Geometries, and fields: those of a few scenes that clients go to and fro between.
 const SCENES: Most = Most { entries: 8, bytes: 256 << 20 };
+
+/// Moments of each of their fogs.
+const MOMENTS: Most = Most { entries: 4, bytes: SCENES.bytes / SCENES.entries };
 
 /// Depths and tables around lights, each: those of a few scenes with the most lights. A dragged lamp
 /// leaves some behind at every place.
@@ -26,7 +29,7 @@ type Lit = (Same<Field>, Source);
 #[derive(Debug)]
 pub struct Cache {
     geometry: Kept<Vec<Surface>, Geometry>,
-    bands: Kept<Vec<Term>, Bands>,
+    bands: Kept<Vec<Term>, Kept<Moment, Bands>>,
     to_light: Kept<Lit, Vec<f64>>,
     exact_to_light: Kept<Lit, CenterDepths>,
     tables: Kept<(Lit, Fineness), Option<LightTable>>,
@@ -38,9 +41,7 @@ impl Default for Cache {
             geometry: Kept::new(SCENES, |surfaces, geometry| {
                 surfaces.iter().map(bytes_of_surface).sum::<usize>() + geometry.bytes()
             }),
-            bands: Kept::new(SCENES, |terms, bands| {
-                terms.iter().map(bytes_of_term).sum::<usize>() + bands.bytes()
-            }),
+            bands: Kept::new(SCENES, |terms, _| terms.iter().map(bytes_of_term).sum()),
             to_light: Kept::new(AROUND_LIGHTS, |_, depths| size_of_val(depths.as_slice())),
             exact_to_light: Kept::new(AROUND_LIGHTS, |_, depths| depths.bytes()),
             tables: Kept::new(AROUND_LIGHTS, |_, table| {
@@ -64,7 +65,7 @@ impl Cache {
         self.geometry.get(scene.surfaces.as_slice(), progress, make)
     }
 
-    /// The scene's extinction, band by band.
+    /// The scene's extinction at its time, band by band.
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
@@ -73,7 +74,10 @@ impl Cache {
         scene: &CheckedScene,
         progress: &Progress,
     ) -> Result<Arc<Bands>, Interrupted> {
-        self.bands.get(scene.fog.terms.as_slice(), progress, || Ok(Bands::new(&scene.fog.terms)))
+        let (terms, moment) = (&scene.fog.terms, scene.fog.moment(scene.time_s));
+        let moments = || Ok::<_, Interrupted>(Kept::new(MOMENTS, |_, bands: &Bands| bands.bytes()));
+        let moments = self.bands.get(terms.as_slice(), progress, moments)?;
+        moments.get(&moment, progress, || Ok(Bands::new(terms, &moment)))
     }
 
     /// The blobs' depths from a light as pictures take them, which no move of the camera changes.

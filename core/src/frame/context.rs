@@ -9,7 +9,7 @@ use crate::media::{Field, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
-use crate::scene::{CheckedScene, Material};
+use crate::scene::{CheckedScene, Material, SurfaceLighting};
 use crate::shapes::Geometry;
 use glam::DVec3;
 use std::sync::Arc;
@@ -57,6 +57,8 @@ pub struct Context<'a> {
     pub far_m: f32,
     /// The enabled lights.
     pub lamps: Vec<Lamp>,
+    /// Whether their light reaches surfaces as in clear air.
+    pub is_clear: bool,
     /// What is scattered, lamp by lamp: airlight is formed once for each.
     pub scatters: Vec<Scatter>,
     /// The airlight estimator.
@@ -103,6 +105,7 @@ impl<'a> Context<'a> {
             scatters: scatters(&lamps, &scatterings),
             method: asked.matched(&scatterings, field),
             lamps,
+            is_clear: scene.fog.surface_lighting == SurfaceLighting::Clear,
             lit_blobs: Vec::new(),
             materials: geometry.materials.iter().map(numbers).collect(),
             background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
@@ -137,11 +140,16 @@ impl<'a> Context<'a> {
             || matches!(self.view.layer, Layer::OpticalDepth | Layer::Transmittance)
     }
 
-    /// Whether a picture for the eye takes optical depths, too, from what the mapped airlight
-    /// interpolates.
+    /// Whether the picture is for the eye.
+    pub fn is_for_the_eye(&self) -> bool {
+        self.view.for_screen || self.view.quality == Quality::Draft
+    }
+
+    /// Whether the mapped airlight stands on a grid of rays, from which the lumps' optical depths are taken, too:
+    /// for the eye, and where fog changes too fast for rules of nodes.
     pub fn interpolates(&self) -> bool {
-        let for_the_eye = self.view.for_screen || self.view.quality == Quality::Draft;
-        for_the_eye && self.is_mapped() && !self.scatters.is_empty()
+        let on_grid = self.is_for_the_eye() || self.field.is_rippled();
+        on_grid && self.is_mapped() && !self.scatters.is_empty()
     }
 
     /// Whether a draft computes fog for some of its pixels only.

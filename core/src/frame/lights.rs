@@ -33,7 +33,7 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
 /// # Errors
 /// [`Interrupted`] when the job's progress says so.
 pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interrupted> {
-    let lines = context.interpolates();
+    let lines = context.is_for_the_eye();
     if !context.is_mapped() || !light_table::pay(context.field, lines) {
         return Ok(false);
     }

@@ -109,7 +109,7 @@ pub struct Fineness {
 const UNSEEN: f64 = 1e-3;
 
 impl Fineness {
-    /// Of a picture for the eye, or of one in motion, of some fog.
+    /// Of a picture whose numbers are wanted, of one for the eye, or of one in motion, of some fog.
     pub fn of(view: &View, field: &Field) -> Self {
         /// Cells along the shorter side of the picture, at least: one of a few pixels sees as much in each as
         /// others do.
@@ -124,6 +124,17 @@ impl Fineness {
                 rough: 0.05,
                 hidden: 0.4,
                 wide: 0.2,
+                unseen,
+            }
+        } else if !view.for_screen {
+            Self {
+                side: 8.0,
+                near: 4.0,
+                glow: 4.0,
+                knots: 96,
+                rough: 5e-4,
+                hidden: 3e-3,
+                wide: 0.06,
                 unseen,
             }
         } else {

@@ -1,7 +1,7 @@
 //! What a frame's passes read, brought to the device: the scene's lists relative to the camera, and
 //! its triangles. All are kept while what they are made from stays the same.
 
-use super::compose::HAZE_BINDING;
+use super::compose::NUMBERS_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
     self, Anchor, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
@@ -18,7 +18,7 @@ use crate::frame::viewpoint::Grid;
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
 use crate::media::gaussians::Gaussian;
-use crate::media::{Field, Media, PICTURE_LOSS};
+use crate::media::{Field, Media, PICTURE_LOSS, Words};
 use crate::phase::PhaseFunction;
 use crate::shapes::Geometry;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
@@ -269,7 +269,7 @@ impl Lists {
 
     /// What `fogbank::haze` reads, under its numbers.
     pub fn haze(&self) -> impl Iterator<Item = (u32, BindingResource<'_>)> {
-        (HAZE_BINDING..)
+        (NUMBERS_BINDING..)
             .zip(self.haze.iter())
             .map(|(binding, list)| (binding, list.handle.as_entire_binding()))
     }
@@ -319,21 +319,24 @@ fn tabulated(phases: &[PhaseFunction]) -> Vec<Vec2> {
     phases.iter().flat_map(of_one).collect()
 }
 
-/// Rows of the media in closed form, a list each: the groups one after the other, the group behind each row.
+/// The list of numbers that the media in closed form share; then rows of each, a list a medium: the groups one
+/// after the other, the group behind each row.
 fn haze(context: &Context) -> Vec<Vec<u8>> {
     let camera = context.viewpoint.position;
-    let by_group: Vec<_> = context.field.groups().iter().map(|media| media.rows(camera)).collect();
+    let mut numbers = Vec::new();
+    let groups = context.field.groups().iter();
+    let by_group: Vec<_> = groups.map(|media| media.shaded(camera, &mut numbers)).collect();
     let list = |medium: usize| {
-        let rows = by_group
-            .iter()
-            .enumerate()
-            .flat_map(|(group, media)| media[medium].1.iter().map(move |row| (*row, group as u32)));
-        let bytes = |(row, group): (Vec4, u32)| {
-            [bytemuck::bytes_of(&row.to_array()), &group.to_le_bytes()].concat()
+        let rows = by_group.iter().enumerate().flat_map(|(group, media)| {
+            media[medium].rows.iter().map(move |row| (row, group as u32))
+        });
+        let bytes = |(row, group): (&Words, u32)| {
+            let words = row.iter().flat_map(|four| four.to_array()).flat_map(f32::to_le_bytes);
+            words.chain(group.to_le_bytes()).collect::<Vec<_>>()
         };
         rows.flat_map(bytes).collect()
     };
-    (0..by_group[0].len()).map(list).collect()
+    [layout::list(numbers)].into_iter().chain((0..by_group[0].len()).map(list)).collect()
 }
 
 /// Planes, spheres and boxes relative to the camera.
@@ -375,7 +378,7 @@ fn lamps(context: &Context) -> Vec<Lamp> {
 /// `seen` is the share of each lamp's light that the blobs let through, if that is known.
 fn scatters(context: &Context, seen: &[f32]) -> Vec<Scatter> {
     let share = |lamp: usize, group: usize| match context.method {
-        Method::Sun2005 => sun2005::share(context.field, group) as f32,
+        Method::Sun2005 | Method::Macklin2010 => sun2005::share(context.field, group) as f32,
         _ => seen.get(lamp).copied().unwrap_or(1.0),
     };
     let scatter = |scatter: &crate::frame::context::Scatter| Scatter {

@@ -1,7 +1,7 @@
 //! The shaders, put together from `shaders/`: a pass with the media, the airlight and the surface
 //! model that it works with. What is put together names a pipeline; nothing is chosen at run time.
 
-use crate::media::Media;
+use crate::media::{Field, Media, Shaded};
 use crate::request::{Layer, Tonemap};
 use glam::DVec3;
 use naga_oil::compose::{
@@ -16,15 +16,21 @@ macro_rules! sources {
     };
 }
 
-/// The number of the first binding of [`haze`], a list a medium; behind those of every pass.
-pub const HAZE_BINDING: u32 = 20;
+/// The number of the list of numbers that media in closed form share, as `shaders/media/fogmap.wgsl` says it;
+/// behind those of every pass. Behind it stand their rows, a list a medium.
+pub const NUMBERS_BINDING: u32 = 20;
 
-/// The module `fogbank::haze`, which sums up the media that stand in closed form, row by row. Behind each
-/// row stands the group of terms that it belongs to.
+/// The module `fogbank::haze`, which sums up the media that stand in closed form, row by row, as far as a pass is
+/// put together with them. Behind each row stands the group of terms that it belongs to.
 static HAZE: LazyLock<String> = LazyLock::new(|| {
-    let media = Media::default().rows(DVec3::ZERO);
-    let stems = || media.iter().map(|(stem, _)| *stem);
-    let each = |text: &str| stems().map(|stem| text.replace("STEM", stem)).collect::<String>();
+    let media = Media::default().shaded(DVec3::ZERO, &mut Vec::new());
+    let each = |text: &str| {
+        let of = |medium: &Shaded| {
+            let text = text.replace("STEM", medium.stem);
+            format!("#ifdef {}\n{text}#endif\n", medium.define)
+        };
+        media.iter().map(of).collect::<String>()
+    };
     let structs = each("struct Grouped_STEM { row: STEM::Row, group: u32 }\n");
     let sum = |name: &str, parameters: &str, arguments: &str, kind: &str| {
         let is_of_group = parameters.starts_with("group");
@@ -41,9 +47,9 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
             "fn {name}({parameters}) -> {kind} {{\n    var sum = {kind}(0.0);\n{loops}    return sum;\n}}\n"
         )
     };
-    let bindings = stems().zip(HAZE_BINDING..).map(|(stem, binding)| {
+    let bindings = media.iter().zip(NUMBERS_BINDING + 1..).map(|(Shaded { stem, define, .. }, binding)| {
         format!(
-            "@group(0) @binding({binding}) var<storage, read> {stem}_rows: array<Grouped_{stem}>;\n"
+            "#ifdef {define}\n@group(0) @binding({binding}) var<storage, read> {stem}_rows: array<Grouped_{stem}>;\n#endif\n"
         )
     });
     [
@@ -53,10 +59,11 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
         bindings.collect(),
         sum("extinction", "group: u32, point: vec3<f32>", ", point", "f32"),
         sum("mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
-        sum("group_mean", "group: u32, a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
+        sum("view_mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
+        sum("group_view_mean", "group: u32, a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
         sum("bounds", "", "", "vec2<f32>"),
         "fn depth(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
-    return length_m * mean(origin, origin + length_m * direction);
+    return length_m * view_mean(origin, origin + length_m * direction);
 }\n"
             .to_owned(),
         "fn edge_count() -> u32 {\n    var count = 0u;\n".to_owned(),
@@ -87,9 +94,12 @@ const MODULES: &[(&str, &str)] = &sources![
     "sparse",
     "bundle",
     "media/homogeneous",
+    "media/functions",
+    "media/fogmap",
     "media/gaussians",
     "tile",
     "airlight/sun2005",
+    "airlight/macklin2010",
     "airlight/fogshop2007",
     "surface/attenuated",
     "grid/around",
@@ -116,6 +126,11 @@ macro_rules! passes {
             /// The name of its file in `shaders/passes/`.
             pub fn stem(self) -> &'static str {
                 match self { $(Self::$name => $stem),* }
+            }
+
+            /// Whether its text asks what stands in closed form.
+            pub fn sees_haze(self) -> bool {
+                self.text().contains("haze::") || self.text().contains("import fogbank::grid::block")
             }
 
             fn text(self) -> &'static str {
@@ -166,6 +181,11 @@ impl Composition {
     pub fn new(pass: Pass, defines: &[&[&'static str]]) -> Self {
         Self { pass, defines: defines.concat() }
     }
+
+    /// How many media in closed form it is put together with.
+    pub fn media(&self) -> usize {
+        self.defines.iter().filter(|name| name.starts_with("MEDIUM_")).count()
+    }
 }
 
 /// The name by which [`Pass::Composite`] knows a layer.
@@ -190,17 +210,35 @@ pub fn of_tonemap(tonemap: Tonemap) -> &'static [&'static str] {
     }
 }
 
+/// The names by which passes know the media in closed form that are there; the even haze always is.
+pub fn of_media(field: &Field) -> Vec<&'static str> {
+    let by_group: Vec<_> =
+        field.groups().iter().map(|media| media.shaded(DVec3::ZERO, &mut Vec::new())).collect();
+    let is_there = |i: &usize| *i == 0 || by_group.iter().any(|media| !media[*i].rows.is_empty());
+    (0..by_group[0].len()).filter(is_there).map(|i| by_group[0][i].define).collect()
+}
+
 /// What a pass may be put together with: one choice of every list.
 fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
+    let mut all = of_its_own(pass);
+    if pass.sees_haze() {
+        all.push(MEDIA.iter().map(Vec::as_slice).collect());
+    }
+    all
+}
+
+fn of_its_own(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
         Pass::Triangles | Pass::Shapes | Pass::Knots => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
-        Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"]]],
+        Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"], &["AIRLIGHT_MACKLIN2010"]]],
         Pass::BlobTiles => {
             vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
         }
         Pass::Grid => vec![vec![&[], &["EDGES"]]],
-        Pass::Surface => vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"], &["TABLES"]]],
+        Pass::Surface => {
+            vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"], &["TABLES"], &["CLEAR"]]]
+        }
         Pass::Composite => vec![
             Layer::ALL.map(of_layer).to_vec(),
             vec![&[], &["FOG_BUFFER"]],
@@ -213,6 +251,21 @@ fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
         }
     }
 }
+
+/// All sets of media in closed form, the even haze in each.
+static MEDIA: LazyLock<Vec<Vec<&'static str>>> = LazyLock::new(|| {
+    let names: Vec<_> = Media::default()
+        .shaded(DVec3::ZERO, &mut Vec::new())
+        .iter()
+        .map(|own| own.define)
+        .collect();
+    let more = names.len() - 1;
+    let set = |bits: usize| {
+        let is_in = |i: &usize| *i == 0 || bits >> (i - 1) & 1 == 1;
+        (0..names.len()).filter(is_in).map(|i| names[i]).collect()
+    };
+    (0..1 << more).map(set).collect()
+});
 
 /// Every composition that a frame may need.
 pub fn compositions() -> Vec<Composition> {

@@ -2,7 +2,7 @@
 
 use super::Gpu;
 use super::buffers::{self, Lists, Triangles};
-use super::compose::{Composition, Pass};
+use super::compose::{Composition, Pass, of_media};
 use super::device::{Buffer, Failure, Stage, Texture};
 use super::layout::{self, Span};
 use super::pipelines::{DEPTH, Kind, LIGHT, NUMBER, Pipeline};
@@ -197,7 +197,9 @@ impl<'a> Recorder<'a> {
         pass: Pass,
         defines: &[&[&'static str]],
     ) -> Result<Arc<Pipeline>, Failure> {
-        self.gpu.pipelines.get(&self.gpu.device, &Composition::new(pass, defines))
+        let media = if pass.sees_haze() { of_media(self.context.field) } else { Vec::new() };
+        let key = Composition::new(pass, &[defines, &[&media]].concat());
+        self.gpu.pipelines.get(&self.gpu.device, &key)
     }
 
     /// Parts of the list of blobs that one dispatch takes.

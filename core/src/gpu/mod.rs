@@ -87,8 +87,9 @@ impl Gpu {
     /// Where the device does not take one.
     pub fn warm_up(&self) -> Result<(), Failure> {
         let usual = compose::compositions().into_iter().filter(|key| {
-            // Other layers are put together on first use.
-            key.pass != Pass::Composite || key.defines.contains(&"LAYER_BEAUTY")
+            // Other layers and media are put together on first use.
+            let is_usual = key.pass != Pass::Composite || key.defines.contains(&"LAYER_BEAUTY");
+            is_usual && key.media() < 2
         });
         usual.map(|key| self.pipelines.get(&self.device, &key)).try_for_each(|made| made.map(drop))
     }
@@ -111,9 +112,9 @@ impl Gpu {
     /// Whether there is a pass for the airlight that is asked for; what is not shown needs none.
     fn takes(context: &Context) -> bool {
         let has_pass = match context.method {
-            Method::None | Method::Sun2005 | Method::Fogshop2007 => true,
+            Method::None | Method::Sun2005 | Method::Fogshop2007 | Method::Macklin2010 => true,
             // Numbers are the CPU's.
-            Method::Auto => context.interpolates() || context.scatters.is_empty(),
+            Method::Auto => context.is_for_the_eye() || context.scatters.is_empty(),
             Method::Reference | Method::March(_) => false,
         };
         has_pass || !context.shows_airlight()

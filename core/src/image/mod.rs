@@ -6,6 +6,7 @@ mod dither;
 mod exr;
 pub mod flip;
 mod jpeg;
+pub mod map;
 mod npy;
 mod screen;
 

@@ -56,6 +56,43 @@ where
     input.deserialize_seq(Items::<MOST, T> { most_in_all, parts })
 }
 
+/// The same, or null.
+///
+/// # Errors
+/// As [`list_in_all`].
+pub fn list_in_all_or_null<'de, const MOST: usize, T, D>(
+    input: D,
+    most_in_all: usize,
+    parts: fn(&T) -> usize,
+) -> Result<Option<Vec<T>>, D::Error>
+where
+    T: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    input.deserialize_option(OrNull::<MOST, T> { most_in_all, parts })
+}
+
+struct OrNull<const MOST: usize, T> {
+    most_in_all: usize,
+    parts: fn(&T) -> usize,
+}
+
+impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for OrNull<MOST, T> {
+    type Value = Option<Vec<T>>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list or null")
+    }
+
+    fn visit_none<E: Error>(self) -> Result<Self::Value, E> {
+        Ok(None)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, input: D) -> Result<Self::Value, D::Error> {
+        list_in_all::<MOST, T, D>(input, self.most_in_all, self.parts).map(Some)
+    }
+}
+
 struct List<const MOST: usize, T>(Vec<T>);
 
 impl<'de, const MOST: usize, T: Deserialize<'de>> Deserialize<'de> for List<MOST, T> {

@@ -38,6 +38,28 @@ pub const EXTINCTION: Range = Range::new(0.0, 1e6);
 pub const VISIBILITY: Range = Range::new(1e-5, 1e9);
 /// Radiant intensity [W/sr] and radiance [W/(m² sr)].
 pub const INTENSITY: Range = Range::new(0.0, 1e12);
+/// Extinction that a member of a family adds or takes away [1/m].
+pub const SIGNED_EXTINCTION: Range = Range::new(-1e6, 1e6);
+/// Components of a wave vector [rad/m].
+pub const WAVE_VECTOR: Range = Range::new(-1e5, 1e5);
+/// Phases of waves [rad].
+pub const PHASE: Range = Range::new(-1e6, 1e6);
+/// What an equipotential is divided by at its object.
+pub const DIVISOR: Range = Range::new(1e-6, 1e6);
+/// By how much that grows with the square of the distance [1/m²].
+pub const DIVISOR_GROWTH: Range = Range::new(0.0, 1e6);
+/// Time in which something comes back to where it was [s].
+pub const PERIOD: Range = Range::new(1e-3, 1e9);
+/// Particles born a second [Hz].
+pub const RATE: Range = Range::new(0.0, 1e6);
+/// Angles by which a direction is turned [degrees].
+pub const SPREAD: Range = Range::new(0.0, 180.0);
+/// Growth of a radius as a share of itself.
+pub const GROWTH: Range = Range::new(0.0, 1e3);
+/// Powers of a monomial, together.
+pub const POWER: Range = Range::new(0.0, 15.0);
+/// Sides of a map's cells [m].
+pub const CELL: Range = Range::new(1e-3, 1e6);
 /// A fraction per channel: albedos.
 pub const FRACTION: Range = Range::new(0.0, 1.0);
 /// Mean cosine g of a phase function.
@@ -46,6 +68,8 @@ pub const ANISOTROPY: Range = Range::new(-0.99, 0.99);
 pub const SHININESS: Range = Range::new(0.0, 1e5);
 /// Vertical field of view [degrees].
 pub const FIELD_OF_VIEW: Range = Range::new(0.1, 179.0);
+/// Components of velocities [m/s] and accelerations [m/s²].
+pub const VELOCITY: Range = Range::new(-1e6, 1e6);
 /// Scene time [s].
 pub const TIME: Range = Range::new(-1e9, 1e9);
 /// Exposure of a picture [stops].
@@ -109,6 +133,18 @@ pub struct Counts {
     pub terms: usize,
     /// Gaussians of all terms together.
     pub blobs: usize,
+    /// Members of a term of functions.
+    pub members: usize,
+    /// Monomials of a polynomial.
+    pub monomials: usize,
+    /// Periods of a polynomial of several variables along a ray.
+    pub periods: usize,
+    /// Rows or columns of a map.
+    pub map_side: usize,
+    /// Frames of a simulation.
+    pub frames: usize,
+    /// Keys of a wind.
+    pub keys: usize,
     /// Characters of an id.
     pub id_chars: usize,
     /// Pixels along one side of a picture.
@@ -135,6 +171,12 @@ pub const COUNTS: Counts = Counts {
     lights: 64,
     terms: 256,
     blobs: 200_000,
+    members: 256,
+    monomials: 64,
+    periods: 100_000,
+    map_side: 1024,
+    frames: 4096,
+    keys: 4096,
     id_chars: 64,
     picture_side: 8192,
     picture_pixels: 8_388_608,

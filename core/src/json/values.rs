@@ -80,6 +80,15 @@ impl Spectrum {
         }
     }
 
+    /// The same, times a number.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        match self {
+            Self::Grey(value) => Self::Grey(factor * value),
+            Self::Rgb(values) => Self::Rgb(values.map(|value| factor * value)),
+        }
+    }
+
     /// Whether it is the same in all of them.
     pub fn is_grey(self) -> bool {
         let [r, g, b] = self.channels();

@@ -5,7 +5,7 @@
 //! each scatters by an albedo and a phase function of its own: L_a = Σ ω ∫ β p(α) I/d² e^(−T) dt, β of
 //! the group, T of all.
 
-use super::{Field, Term};
+use super::{Field, Moment, Term};
 use crate::json::Albedo;
 use crate::phase::{Phase, PhaseFunction};
 use glam::DVec3;
@@ -50,10 +50,10 @@ pub fn scatterings(terms: &[Term], albedo: Albedo, phase: &Phase) -> Vec<Scatter
 pub struct Bands(Vec<Arc<Field>>);
 
 impl Bands {
-    /// The bands of some terms.
-    pub fn new(terms: &[Term]) -> Self {
+    /// The bands of some terms at a moment.
+    pub fn new(terms: &[Term], moment: &Moment) -> Self {
         let channels = 0..Self::count(terms);
-        Self(channels.map(|channel| Arc::new(Field::new(terms, channel))).collect())
+        Self(channels.map(|channel| Arc::new(Field::new(terms, channel, moment))).collect())
     }
 
     /// How many bands some terms have: 1 if they are grey, else 3.

@@ -6,12 +6,16 @@
 //! integrates light along a ray sees one medium. In f64 nothing is left out; for pictures, batches of
 //! rays are the boundary: a call per medium and batch costs nothing beside what the batch does.
 
+mod closed;
 mod groups;
+mod moment;
 mod outline;
+pub mod sign;
 mod sum;
 pub mod vertical;
 
 pub use groups::{Bands, Scattering, in_channels, scatterings};
+pub use moment::{Moment, Velocity, Wind, WindKey};
 pub use outline::Outline;
 pub use sum::{Field, Knotted, Profile, Sum};
 
@@ -49,14 +53,34 @@ macro_rules! media {
                 match self { $(Self::$Kind(term) => term.common()),* }
             }
 
-            /// Looks at all of its numbers; `at` names its members.
-            pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
-                match self { $(Self::$Kind(term) => term.check(check, at)),* }
+            /// Looks at all of its numbers; `at` names its members. No ray of a picture is longer than `far_m`.
+            pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, far_m: f64) {
+                match self { $(Self::$Kind(term) => term.check(check, at, far_m)),* }
             }
 
             /// Blobs that it counts as.
             pub fn blobs(&self) -> usize {
                 match self { $(Self::$Kind(term) => term.blobs()),* }
+            }
+
+            /// The member that says how many.
+            pub fn counted_at(&self) -> &'static str {
+                match self { $(Self::$Kind(term) => term.counted_at()),* }
+            }
+
+            /// The term of another kind that it stands for at a moment, if so.
+            pub fn stands_for(&self, moment: &Moment) -> Option<Self> {
+                match self { $(Self::$Kind(term) => term.stands_for(moment)),* }
+            }
+
+            /// The longest ray that it may be asked for [m].
+            pub fn longest_m(&self) -> f64 {
+                match self { $(Self::$Kind(term) => term.longest_m()),* }
+            }
+
+            /// Whether its field changes in calm air.
+            pub fn changes(&self) -> bool {
+                match self { $(Self::$Kind(term) => term.changes()),* }
             }
 
             /// Whether its extinction is the same in all channels.
@@ -75,21 +99,28 @@ macro_rules! media {
 
         impl Media {
             /// Of some terms.
-            pub fn new(terms: &[&Term], channel: usize) -> Self {
+            pub fn new(terms: &[&Term], channel: usize, moment: &Moment) -> Self {
+                let others: Vec<_> = terms.iter().map(|term| term.stands_for(moment)).collect();
+                let each = terms.iter().zip(&others);
+                let terms: Vec<_> = each.map(|(own, other)| other.as_ref().unwrap_or(own)).collect();
                 $(
                     let $stem = terms.iter().filter_map(|term| match term {
                         Term::$Kind(term) => Some(term),
                         _ => None,
                     });
-                    let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>(), channel);
+                    let $stem = <$Kind as TermKind>::merge(&$stem.collect::<Vec<_>>(), channel, moment);
                 )*
                 Self { $($stem),* }
             }
 
-            /// The files in `shaders/media/` of those that stand there in closed form, and what they read.
-            pub fn rows(&self, camera: DVec3) -> Vec<(&'static str, Vec<Vec4>)> {
-                let rows = [$((stringify!($stem), self.$stem.rows(camera))),*];
-                rows.into_iter().filter_map(|(stem, rows)| Some((stem, rows?))).collect()
+            /// Those that stand in closed form in `shaders/media/`; `numbers` is the list that they share.
+            pub fn shaded(&self, camera: DVec3, numbers: &mut Vec<f32>) -> Vec<Shaded> {
+                let shaded = [$(self.$stem.rows(camera, numbers).map(|rows| Shaded {
+                    stem: stringify!($stem),
+                    define: concat!("MEDIUM_", stringify!($stem)),
+                    rows,
+                })),*];
+                shaded.into_iter().flatten().collect()
             }
 
             /// Each of them.
@@ -105,6 +136,12 @@ media! {
     Homogeneous = "homogeneous" in homogeneous,
     /// A sum of Gaussian blobs.
     Gaussians = "gaussians" in gaussians,
+    /// A sum of waves, polynomials, and fog around objects.
+    Functions = "functions" in functions,
+    /// A map of B-splines.
+    Fogmap = "fogmap" in fogmap,
+    /// A source of particles.
+    Emitter = "emitter" in emitter,
 }
 
 /// What every term says besides what it is.
@@ -118,6 +155,8 @@ pub struct Common<'a> {
     pub albedo: Option<Albedo>,
     /// Into which directions, if not as the fog.
     pub phase: Option<&'a Phase>,
+    /// Which share of the wind moves it.
+    pub wind_response: f64,
 }
 
 /// A kind of term, as a scene says it.
@@ -137,25 +176,73 @@ pub trait TermKind {
     /// What it says besides what it is.
     fn common(&self) -> Common<'_>;
 
-    /// Looks at all of its numbers; `at` names its members.
-    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
+    /// Looks at all of its numbers; `at` names its members. No ray of a picture is longer than `far_m`.
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, far_m: f64);
 
     /// Blobs that it counts as: what it takes in memory and in time.
     fn blobs(&self) -> usize {
         0
     }
 
+    /// The member that says how many.
+    fn counted_at(&self) -> &'static str {
+        "blobs"
+    }
+
+    /// The term of another kind that it stands for at a moment, if so.
+    fn stands_for(&self, _moment: &Moment) -> Option<Term> {
+        None
+    }
+
+    /// The longest ray that it may be asked for [m].
+    fn longest_m(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether its field changes in calm air.
+    fn changes(&self) -> bool {
+        false
+    }
+
     /// Whether its extinction is the same in all channels.
     fn is_grey(&self) -> bool;
 
-    /// Terms of this kind as one medium, as a channel meets it: 0 is red, 2 blue.
-    fn merge(terms: &[&Self], channel: usize) -> Self::Medium;
+    /// Terms of this kind as one medium, as a channel meets it at a moment: 0 is red, 2 blue.
+    fn merge(terms: &[&Self], channel: usize, moment: &Moment) -> Self::Medium;
+}
+
+/// A medium that a shader sums up in closed form.
+#[derive(Debug)]
+pub struct Shaded {
+    /// Its file in `shaders/media/`.
+    pub stem: &'static str,
+    /// The name by which passes are put together with it.
+    pub define: &'static str,
+    /// What it reads.
+    pub rows: Vec<Words>,
+}
+
+/// A row of what a shader sums up, four numbers at a time.
+pub type Words = Vec<Vec4>;
+
+/// Whose ways rays are: details of a fog that the eye does not see still dim a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Legs {
+    /// View rays.
+    OfEyes,
+    /// From a light.
+    OfLights,
 }
 
 /// All terms of one kind, merged. What it says in f64 leaves nothing out.
 pub trait Medium: Debug + Send + Sync {
     /// Whether it is nothing at all.
     fn is_empty(&self) -> bool;
+
+    /// β [1/m] if it is the same everywhere.
+    fn uniform_beta(&self) -> Option<f64> {
+        self.is_empty().then_some(0.0)
+    }
 
     /// β(x) [1/m].
     fn beta(&self, x: DVec3) -> f64;
@@ -174,7 +261,7 @@ pub trait Medium: Debug + Send + Sync {
 
     /// The medium for rays from an origin, if its closed form is cheaper than any table and smooth
     /// between its edges.
-    fn smooth(&self, _origin: DVec3) -> Option<Box<dyn Smooth>> {
+    fn smooth(&self, _origin: DVec3, _legs: Legs) -> Option<Box<dyn Smooth>> {
         None
     }
 
@@ -193,6 +280,11 @@ pub trait Medium: Debug + Send + Sync {
         0.0
     }
 
+    /// Whether it changes in places so fast that only differences of T tell what is there.
+    fn is_rippled(&self) -> bool {
+        false
+    }
+
     /// How many lumps it is made of; none if it is smooth.
     fn lumps(&self) -> usize {
         0
@@ -203,9 +295,9 @@ pub trait Medium: Debug + Send + Sync {
         Outline::default()
     }
 
-    /// What its shader reads, relative to a camera, if that sums it up in closed form: rows of four
-    /// numbers.
-    fn rows(&self, _camera: DVec3) -> Option<Vec<Vec4>> {
+    /// What its shader reads, relative to a camera, if that sums it up in closed form: rows of as many
+    /// numbers each, and what has no fixed length, appended to a list of numbers.
+    fn rows(&self, _camera: DVec3, _numbers: &mut Vec<f32>) -> Option<Vec<Words>> {
         None
     }
 

@@ -2,8 +2,8 @@
 
 use super::groups::groups;
 use super::{
-    Along, Lumps, Media, Medium, Near, OnRays, Outline, PatchCone, Patched, Purpose, Search,
-    Smooth, Term, Ways,
+    Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
+    Search, Smooth, Term, Ways,
 };
 use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
@@ -39,9 +39,9 @@ fn hull<N: PartialOrd + Copy>(spans: impl Iterator<Item = (N, N)>) -> Option<(N,
 }
 
 impl Field {
-    /// The field of some terms, as a channel meets it: 0 is red, 2 blue.
-    pub fn new(terms: &[Term], channel: usize) -> Self {
-        let groups = groups(terms).into_iter().map(|terms| Media::new(&terms, channel));
+    /// The field of some terms, as a channel meets it at a moment: 0 is red, 2 blue.
+    pub fn new(terms: &[Term], channel: usize, moment: &Moment) -> Self {
+        let groups = groups(terms).into_iter().map(|terms| Media::new(&terms, channel, moment));
         let mut groups: Vec<_> = groups.collect();
         if groups.is_empty() {
             groups.push(Media::default());
@@ -73,15 +73,17 @@ impl Field {
 
     /// β₀ [1/m] if the fog is the same everywhere.
     pub fn uniform_beta(&self) -> Option<f64> {
-        if self.lumps() > 0 {
-            return None;
-        }
-        self.groups.iter().map(|media| media.homogeneous.uniform_beta()).sum()
+        self.groups.iter().flat_map(Media::each).map(Medium::uniform_beta).sum()
     }
 
     /// The most that a single lump weighs on any ray.
     pub fn heaviest(&self) -> f64 {
         self.each().map(|(_, medium)| medium.heaviest()).fold(0.0, f64::max)
+    }
+
+    /// Whether it changes in places so fast that only differences of T tell what is there.
+    pub fn is_rippled(&self) -> bool {
+        self.each().any(|(_, medium)| medium.is_rippled())
     }
 
     /// How many lumps there are.
@@ -178,10 +180,10 @@ impl Field {
     }
 
     /// What is smooth, for rays from an origin.
-    pub fn smooth(&self, origin: DVec3) -> Sum<dyn Smooth> {
+    pub fn smooth(&self, origin: DVec3, legs: Legs) -> Sum<dyn Smooth> {
         Sum(self
             .each()
-            .filter_map(|(group, medium)| Some((group, medium.smooth(origin)?)))
+            .filter_map(|(group, medium)| Some((group, medium.smooth(origin, legs)?)))
             .collect())
     }
 
@@ -232,6 +234,11 @@ impl Sum<dyn Along> {
     /// T to the ray parameter `t` [m].
     pub fn depth(&self, t: f64) -> f64 {
         total(self.0.iter().map(|(_, medium)| medium.depth(t)))
+    }
+
+    /// The same of one group.
+    pub fn depth_of(&self, group: usize, t: f64) -> f64 {
+        total(self.of(group).map(|medium| medium.depth(t)))
     }
 
     /// From where to where there is any fog [m].

@@ -143,6 +143,17 @@ impl Profile {
         edges.into_iter().flatten()
     }
 
+    /// Ray parameters between which there is any of it on a ray from height 0 that gains `climb` a metre [m].
+    pub fn span(self, climb: f64, length_m: f64) -> Option<(f64, f64)> {
+        let Self::Slab { min, max } = self else { return Some((0.0, length_m)) };
+        if climb == 0.0 {
+            return (min <= 0.0 && 0.0 <= max).then_some((0.0, length_m));
+        }
+        let (a, b) = (min / climb, max / climb);
+        let (from, to) = (a.min(b).max(0.0), a.max(b).min(length_m));
+        (from < to).then_some((from, to))
+    }
+
     /// The share at a height.
     #[inline(always)]
     pub fn at<N: Num>(self, y: N) -> N {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::json::limits::{self, COUNTS};
 use crate::media::Common;
+use crate::media::sign::{Negative, negative};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -47,7 +48,7 @@ impl Scene {
         check.triple(self.background.0, limits::INTENSITY, || "/background".into());
         check_surfaces(check, &self.surfaces);
         check_lights(check, &self.lights);
-        check_fog(check, &self.fog);
+        check_fog(check, &self.fog, self.far_m);
         check.number(self.time_s, limits::TIME, || "/time_s".into());
         check.number(self.far_m, limits::FAR, || "/far_m".into());
     }
@@ -220,32 +221,42 @@ fn check_lights(check: &mut Checker, lights: &[Light]) {
     }
 }
 
-fn check_scattering(check: &mut Checker, term: &Term, at: &dyn Fn(&str) -> String) {
-    let Common { albedo, phase, .. } = term.common();
+fn check_common(check: &mut Checker, term: &Term, at: &dyn Fn(&str) -> String) {
+    let Common { albedo, phase, wind_response, .. } = term.common();
     if let Some(albedo) = albedo {
         check.triple(albedo.0, limits::FRACTION, || at("albedo"));
     }
     if let Some(phase) = phase {
         phase.check(check, || at("phase"));
     }
+    check.number(wind_response, limits::FRACTION, || at("wind_response"));
 }
 
-fn check_fog(check: &mut Checker, fog: &Fog) {
+fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
+    let found = check.found();
     check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
     fog.phase.check(check, || "/fog/phase".into());
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
+    fog.wind.check(check, &|name| format!("/fog/wind/{name}"));
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
     check_ids(check, "fog/terms", fog.terms.iter().map(|term| term.common().id));
     let mut blobs = 0usize;
     for (i, term) in fog.terms.iter().enumerate().take(COUNTS.terms) {
         let at = |name: &str| format!("/fog/terms/{i}/{name}");
         blobs = blobs.saturating_add(term.blobs());
-        check.count(blobs, COUNTS.blobs, "blobs", || at("blobs"));
+        check.count(blobs, COUNTS.blobs, "blobs", || at(term.counted_at()));
         if blobs > COUNTS.blobs {
             return;
         }
-        check_scattering(check, term, &at);
-        term.check(check, &at);
+        check_common(check, term, &at);
+        term.check(check, &at, far_m);
+    }
+    // What was refused may be anything.
+    if check.found() == found
+        && let Some(Negative { point, time_s, beta }) = negative(&fog.terms, &fog.wind)
+    {
+        let detail = format!("the extinction is negative, {beta} 1/m, at {point} m and {time_s} s");
+        check.refuse(Code::Conflict, || "/fog/terms".into(), detail);
     }
     if let Some(detail) = fog.refusal(fog.airlight) {
         check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);

@@ -4,7 +4,7 @@ use crate::airlight::{Airlight, refusal};
 use crate::json::bounded;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Rgb};
-use crate::media::{Bands, Scattering, Term, scatterings};
+use crate::media::{Bands, Moment, Scattering, Term, Wind, scatterings};
 use crate::phase::{Isotropic, Phase};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -25,6 +25,8 @@ pub struct Fog {
     pub airlight: Airlight,
     /// How the fog between lamps and surfaces is accounted for.
     pub surface_lighting: SurfaceLighting,
+    /// What carries the fog along while time goes on.
+    pub wind: Wind,
     /// What the fog is made of; extinctions add.
     #[serde(deserialize_with = "terms")]
     #[schemars(length(max = COUNTS.terms))]
@@ -39,6 +41,7 @@ impl Default for Fog {
             ambient: Rgb::splat(0.0),
             airlight: Airlight::Auto,
             surface_lighting: SurfaceLighting::Auto,
+            wind: Wind::default(),
             terms: Vec::new(),
         }
     }
@@ -48,6 +51,21 @@ impl Fog {
     /// How each group of its terms scatters.
     pub fn scatterings(&self) -> Vec<Scattering> {
         scatterings(&self.terms, self.albedo, &self.phase)
+    }
+
+    /// The longest ray that it may be asked for [m].
+    pub fn longest_m(&self) -> f64 {
+        let terms = self.terms.iter().filter(|term| term.common().enabled);
+        terms.map(Term::longest_m).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The moment of a time; one and the same while nothing moves.
+    pub fn moment(&self, time_s: f64) -> Moment {
+        let mut terms = self.terms.iter().filter(|term| term.common().enabled);
+        if self.wind.is_calm() && !terms.any(Term::changes) {
+            return Moment::default();
+        }
+        Moment { time_s, wind: self.wind.clone() }
     }
 
     /// Numbers that an optical depth has in it: 1 if every extinction is grey, else 3.
@@ -73,6 +91,8 @@ pub enum SurfaceLighting {
     /// The best for this scene.
     #[default]
     Auto,
+    /// Direct light as in clear air: the fog dims only what the eye sees.
+    Clear,
     /// Direct light, attenuated by the fog on its way.
     Attenuated,
 }

@@ -56,6 +56,30 @@ struct Ranges {
     shininess: Range,
     /// Vertical field of view [degrees].
     field_of_view: Range,
+    /// Extinction that a member of a family adds or takes away [1/m].
+    signed_extinction: Range,
+    /// Components of a wave vector [rad/m].
+    wave_vector: Range,
+    /// Phases of waves [rad].
+    phase: Range,
+    /// What an equipotential is divided by at its object.
+    divisor: Range,
+    /// By how much that grows with the square of the distance [1/m²].
+    divisor_growth: Range,
+    /// Powers of a monomial, together.
+    power: Range,
+    /// Sides of a map's cells [m].
+    cell: Range,
+    /// Particles born a second [Hz].
+    rate: Range,
+    /// Angles by which a direction is turned [degrees].
+    spread: Range,
+    /// Growth of a radius as a share of itself.
+    growth: Range,
+    /// Lifetimes, and times in which something comes back to where it was [s].
+    period: Range,
+    /// Components of velocities [m/s] and accelerations [m/s²].
+    velocity: Range,
     /// Scene time [s].
     time: Range,
     /// Exposure [stops].
@@ -74,6 +98,18 @@ const RANGES: Ranges = Ranges {
     anisotropy: limits::ANISOTROPY,
     shininess: limits::SHININESS,
     field_of_view: limits::FIELD_OF_VIEW,
+    signed_extinction: limits::SIGNED_EXTINCTION,
+    wave_vector: limits::WAVE_VECTOR,
+    phase: limits::PHASE,
+    divisor: limits::DIVISOR,
+    divisor_growth: limits::DIVISOR_GROWTH,
+    power: limits::POWER,
+    cell: limits::CELL,
+    rate: limits::RATE,
+    spread: limits::SPREAD,
+    growth: limits::GROWTH,
+    period: limits::PERIOD,
+    velocity: limits::VELOCITY,
     time: limits::TIME,
     exposure: limits::EXPOSURE,
 };

@@ -97,6 +97,11 @@ impl Origin {
 const SURFACE_LIGHTING: &[(&str, &str, &str)] = &[
     ("auto", "Chooses for the scene.", "That of the model it chooses."),
     (
+        "clear",
+        "Light as in clear air, as fog in OpenGL has it (Sun 2005, Fig. 1b; Biri 2002; Giroud 2010).",
+        "Leaves out what the fog takes from light on its way to surfaces, and what it scatters onto them.",
+    ),
+    (
         "attenuated",
         "Beer–Lambert law between lamp and surface.",
         "Leaves out the light that the fog scatters onto surfaces.",

@@ -8,6 +8,7 @@
 
 mod clock;
 mod growth;
+mod maps;
 mod peak;
 mod presets;
 mod truth;
@@ -27,7 +28,11 @@ fn main() {
          may be a fifth off.\n"
     );
     presets::print(&machine, &wanted);
+    if only.as_deref() == Some("maps") {
+        maps::print(&machine);
+    }
     if only.is_none() {
         growth::print();
+        maps::print(&machine);
     }
 }

@@ -2,7 +2,7 @@
 
 use fogbank_core::airlight::march;
 use fogbank_core::geometry::Ray;
-use fogbank_core::media::Field;
+use fogbank_core::media::{Field, Moment};
 use fogbank_core::request::{Layer, ProbeRay, Quality, View};
 use fogbank_core::scene::CheckedScene;
 use fogbank_core::{Progress, Renderer};
@@ -63,7 +63,7 @@ impl Truth {
 
     /// Of marching in so many steps; and what it would take for the whole picture, in milliseconds.
     pub fn of_marching(&self, steps: u32) -> (f64, Errors) {
-        let field = Field::new(&self.scene.fog.terms, 0);
+        let field = Field::new(&self.scene.fog.terms, 0, &Moment::default());
         let (phase, albedo) = (self.scene.fog.phase.function(), self.scene.fog.albedo.vector());
         let along = |(ray, end): (&ProbeRay, &f64)| {
             let lamps = self.scene.lights().map(|(_, lamp)| {

@@ -25,7 +25,7 @@ use super::sun2005;
 use crate::geometry::Ray;
 use crate::light::{Source, least_distance};
 use crate::media::gaussians::{Gaussian, Seen};
-use crate::media::{Field, Term};
+use crate::media::{Field, Medium, Term};
 use crate::num::Num;
 use crate::progress::{Interrupted, Progress};
 use crate::vector::V3;
@@ -39,7 +39,7 @@ pub const ABOUT: About = About {
         approximation of single scattering in a sum of Gaussians.",
     takes: Some(Takes {
         name: "fogshop2007",
-        what: "homogeneous fog and gaussians",
+        what: "homogeneous fog, gaussians and emitters",
         term: takes,
         several: false,
     }),
@@ -48,7 +48,7 @@ pub const ABOUT: About = About {
 
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
-    sun2005::takes(term) || matches!(term, Term::Gaussians(_))
+    sun2005::takes(term) || matches!(term, Term::Gaussians(_) | Term::Emitter(_))
 }
 
 /// The blobs of a fog that this method takes.

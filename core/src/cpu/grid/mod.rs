@@ -31,7 +31,7 @@ use crate::frame::context::Context;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Tile;
 use crate::geometry::batch::{Ends, Fogged};
-use crate::media::{Patched, Purpose, Smooth, Sum};
+use crate::media::{Legs, Patched, Purpose, Smooth, Sum};
 use cells::{Cell, Passed};
 use glam::Vec2;
 use glow::Glow;
@@ -80,7 +80,7 @@ struct Block<'a> {
 impl<'a> Grid<'a> {
     /// For what is scattered of some lamps.
     pub fn new(context: &'a Context<'a>, asked: &'a [usize]) -> Self {
-        let haze = context.field.smooth(context.viewpoint.position);
+        let haze = context.field.smooth(context.viewpoint.position, Legs::OfEyes);
         let together = |(i, some): (usize, &'a [usize])| Scattered {
             asked: some,
             before: i * TOGETHER,

@@ -9,6 +9,7 @@ use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
+use crate::media::Legs;
 use crate::num::Lanes;
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
@@ -68,7 +69,7 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     let Context { job, field, .. } = context;
     let apex = lamp.from_camera.apex().as_vec3();
     let mut mean = vec![[0.0; PADDED]; t.len()];
-    let haze = field.smooth(context.viewpoint.position);
+    let haze = field.smooth(context.viewpoint.position, Legs::OfEyes);
     haze.add_mean(job.level, apex, rays, t, &mut mean);
     if let Some(table) = lamp.table.as_ref() {
         dispatch!(job.level, simd => {

@@ -24,7 +24,7 @@ use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};
 use crate::geometry::batch::{Ends, Fogged, get3};
 use crate::geometry::control::{Each, PADDED};
-use crate::media::{Purpose, Smooth, Sum};
+use crate::media::{Legs, Purpose, Smooth, Sum};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use control::{CONTROL, Fields, of_place, pairs};
@@ -44,7 +44,7 @@ const SMOOTH: f32 = 4.5;
 pub fn add(context: &Context, asked: &[usize], block: &[Ends<'_>], fogged: &mut [Fogged]) {
     let places = Places::new(context, block);
     let fog = near_views(context, block, Purpose::Nodes).patched();
-    let haze = &context.field.smooth(context.viewpoint.position);
+    let haze = &context.field.smooth(context.viewpoint.position, Legs::OfEyes);
     let tolerance = &Tolerance::new(&context.view, context.field.lumps());
     let is_over = || context.job.progress.is_over();
     let mut patches = vec![Patch::whole(block, &places)];

@@ -9,10 +9,12 @@ use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, t
 impl Recorder<'_> {
     /// What stands in closed form; clears the fog's target.
     pub fn haze(&mut self) -> Result<(), Failure> {
-        let published = matches!(self.context.method, Method::Sun2005 | Method::Fogshop2007);
-        let is_lit =
-            published && self.context.shows_airlight() && !self.context.scatters.is_empty();
-        let defines: &[&str] = if is_lit { &["AIRLIGHT_SUN2005"] } else { &[] };
+        let is_lit = self.context.shows_airlight() && !self.context.scatters.is_empty();
+        let defines: &[&str] = match self.context.method {
+            Method::Sun2005 | Method::Fogshop2007 if is_lit => &["AIRLIGHT_SUN2005"],
+            Method::Macklin2010 if is_lit => &["AIRLIGHT_MACKLIN2010"],
+            _ => &[],
+        };
         let pipeline = self.pipeline(Pass::Haze, &[defines])?;
         let targets = &self.targets;
         let mut entries = vec![

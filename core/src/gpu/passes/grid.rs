@@ -7,6 +7,7 @@ use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
 use crate::gpu::frame::{Recorder, all, texture};
 use crate::gpu::layout::{self, Task};
+use crate::media::Legs;
 use wgpu::{BufferUsages, CommandEncoder};
 
 /// Pixels along the side of a block, which shares its knots.
@@ -98,7 +99,7 @@ impl Recorder<'_> {
             knots: fineness.knots as u32,
             groups,
         };
-        let has_edges = context.field.smooth(context.viewpoint.position).has_edges();
+        let has_edges = context.field.smooth(context.viewpoint.position, Legs::OfEyes).has_edges();
         Ok(Blocks {
             knots: device.buffer(columns * rows * BLOCK_BYTES, BufferUsages::STORAGE)?,
             near: device.buffer(columns * rows * 4 * words, BufferUsages::STORAGE)?,

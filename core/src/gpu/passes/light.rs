@@ -21,7 +21,8 @@ impl Recorder<'_> {
     /// Light from the surfaces, a few lamps at a time.
     pub fn surface_radiance(&mut self) -> Result<(), Failure> {
         let lamps = self.context.lamps.len() as u32;
-        if self.context.field.lumps() == 0 || lamps == 0 || self.has_tables() {
+        let is_clear = self.context.is_clear;
+        if is_clear || self.context.field.lumps() == 0 || lamps == 0 || self.has_tables() {
             return self.reflect(&[], 0..lamps);
         }
         let pixels = (self.context.grid.width * self.context.grid.height) as u64;
@@ -77,6 +78,7 @@ impl Recorder<'_> {
 
     fn reflect(&mut self, depths: &[Depths], lamps: Range<u32>) -> Result<(), Failure> {
         let defines: &[&str] = match depths.len() {
+            0 if self.context.is_clear => &["CLEAR"],
             0 if self.has_tables() => &["TABLES"],
             0 => &[],
             1 => &["BLOBS"],

@@ -34,6 +34,12 @@ impl Gaussian {
         Self { center: blob.center.vector(), a: 1.0 / blob.radius, c }
     }
 
+    /// The same elsewhere.
+    #[must_use]
+    pub fn moved(self, shift: DVec3) -> Self {
+        Self { center: self.center + shift, ..self }
+    }
+
     /// β(x) [1/m].
     pub fn beta(&self, x: DVec3) -> f64 {
         self.c * (-self.a * self.a * (x - self.center).length_squared()).exp()

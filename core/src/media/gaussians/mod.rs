@@ -14,20 +14,21 @@ pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 
 use super::{
-    Along, Common, Medium, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
+    Along, Common, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
 };
 use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::json::limits::{self, COUNTS};
-use crate::json::{Albedo, Checker, Spectrum, Vec3, bounded};
+use crate::json::{Albedo, Checker, Code, Spectrum, Vec3, bounded};
 use crate::phase::Phase;
 use crate::progress::Job;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use lanes::PatchBlobs;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
 use std::sync::OnceLock;
 use tree::BlobTree;
 
@@ -47,15 +48,51 @@ pub struct Gaussians {
     /// Into which directions this term scatters; as the fog's own where nothing is said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase: Option<Phase>,
+    /// Share of the wind that moves this term, from 0 to 1.
+    #[schemars(range(min = limits::FRACTION.min, max = limits::FRACTION.max))]
+    pub wind_response: f64,
     /// The blobs.
+    #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
+    #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
+    pub blobs: Vec<Blob>,
+    /// Instead of blobs: the same ones at rising times, a simulation that is played back. Between two frames each
+    /// blob changes in a straight line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "frames")]
+    #[schemars(length(min = 1, max = COUNTS.frames))]
+    pub frames: Option<Vec<BlobFrame>>,
+}
+
+/// The blobs at a time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BlobFrame {
+    /// When [s].
+    #[schemars(range(min = limits::TIME.min, max = limits::TIME.max))]
+    pub time_s: f64,
+    /// The blobs then, in the same order in every frame.
     #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
     #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
     pub blobs: Vec<Blob>,
 }
 
+/// Reads frames, or null; the blobs of all together are bounded.
+fn frames<'de, D: Deserializer<'de>>(input: D) -> Result<Option<Vec<BlobFrame>>, D::Error> {
+    let parts = |frame: &BlobFrame| frame.blobs.len();
+    bounded::list_in_all_or_null::<{ COUNTS.frames }, _, _>(input, COUNTS.blobs, parts)
+}
+
 impl Default for Gaussians {
     fn default() -> Self {
-        Self { id: None, enabled: true, albedo: None, phase: None, blobs: Vec::new() }
+        Self {
+            id: None,
+            enabled: true,
+            albedo: None,
+            phase: None,
+            wind_response: 1.0,
+            blobs: Vec::new(),
+            frames: None,
+        }
     }
 }
 
@@ -76,6 +113,77 @@ pub struct Blob {
 impl Default for Blob {
     fn default() -> Self {
         Self { center: Vec3::splat(0.0), radius: 1.0, extinction: Spectrum::Grey(0.4) }
+    }
+}
+
+impl Blob {
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+        check.triple(self.center.0, limits::COORDINATE, || at("center"));
+        check.number(self.radius, limits::RADIUS, || at("radius"));
+        check.spectrum(self.extinction, limits::EXTINCTION, || at("extinction"));
+    }
+
+    /// What lies on a straight line to another, at a share of the way.
+    fn toward(&self, other: &Self, share: f64) -> Self {
+        let between = |a: f64, b: f64| (1.0 - share) * a + share * b;
+        let all = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| between(a[k], b[k]));
+        let extinction = match (self.extinction, other.extinction) {
+            (Spectrum::Grey(a), Spectrum::Grey(b)) => Spectrum::Grey(between(a, b)),
+            (a, b) => Spectrum::Rgb(all(a.channels(), b.channels())),
+        };
+        Self {
+            center: Vec3(all(self.center.0, other.center.0)),
+            radius: between(self.radius, other.radius),
+            extinction,
+        }
+    }
+}
+
+impl Gaussians {
+    /// The blobs at a time.
+    pub fn at(&self, time_s: f64) -> Cow<'_, [Blob]> {
+        let Some(frames) = &self.frames else { return Cow::Borrowed(&self.blobs) };
+        let behind = frames.partition_point(|frame| frame.time_s <= time_s);
+        let (Some(before), Some(after)) = (frames.get(behind.max(1) - 1), frames.get(behind)) else {
+            return Cow::Borrowed(frames.last().map_or(&[], |last| &last.blobs));
+        };
+        if behind == 0 {
+            return Cow::Borrowed(&before.blobs);
+        }
+        let share = (time_s - before.time_s) / (after.time_s - before.time_s);
+        let each = before.blobs.iter().zip(&after.blobs);
+        each.map(|(a, b)| a.toward(b, share)).collect()
+    }
+
+    fn check_frames(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+        let Some(frames) = &self.frames else { return };
+        if !self.blobs.is_empty() {
+            check.refuse(Code::Conflict, || at("frames"), "give blobs or frames, not both");
+        }
+        if frames.is_empty() {
+            check.refuse(Code::WrongLength, || at("frames"), "there is at least one frame");
+        }
+        let count = frames.first().map_or(0, |frame| frame.blobs.len());
+        for (i, frame) in frames.iter().enumerate() {
+            let of = |name: &str| at(&format!("frames/{i}/{name}"));
+            check.number(frame.time_s, limits::TIME, || of("time_s"));
+            if i > 0 && frame.time_s <= frames[i - 1].time_s {
+                check.refuse(Code::Conflict, || of("time_s"), "times rise from frame to frame");
+            }
+            if frame.blobs.len() != count {
+                let detail = format!("{} blobs here, {count} in the first frame", frame.blobs.len());
+                check.refuse(Code::Conflict, || of("blobs"), detail);
+            }
+            for (j, blob) in frame.blobs.iter().enumerate() {
+                blob.check(check, &|name| of(&format!("blobs/{j}/{name}")));
+            }
+        }
+    }
+
+    /// Every blob that it names.
+    fn every(&self) -> impl Iterator<Item = &Blob> {
+        let in_frames = self.frames.iter().flatten().flat_map(|frame| &frame.blobs);
+        self.blobs.iter().chain(in_frames)
     }
 }
 
@@ -100,29 +208,40 @@ impl TermKind for Gaussians {
             enabled: self.enabled,
             albedo: self.albedo,
             phase: self.phase.as_ref(),
+            wind_response: self.wind_response,
         }
     }
 
-    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
         for (i, blob) in self.blobs.iter().enumerate() {
-            let at = |name: &str| at(&format!("blobs/{i}/{name}"));
-            check.triple(blob.center.0, limits::COORDINATE, || at("center"));
-            check.number(blob.radius, limits::RADIUS, || at("radius"));
-            check.spectrum(blob.extinction, limits::EXTINCTION, || at("extinction"));
+            blob.check(check, &|name| at(&format!("blobs/{i}/{name}")));
         }
+        self.check_frames(check, at);
     }
 
     fn blobs(&self) -> usize {
-        self.blobs.len()
+        let in_frames = self.frames.iter().flatten().map(|frame| frame.blobs.len());
+        self.blobs.len() + in_frames.sum::<usize>()
+    }
+
+    fn counted_at(&self) -> &'static str {
+        if self.frames.is_some() { "frames" } else { "blobs" }
+    }
+
+    fn changes(&self) -> bool {
+        self.frames.as_ref().is_some_and(|frames| frames.len() > 1)
     }
 
     fn is_grey(&self) -> bool {
-        self.blobs.iter().all(|blob| blob.extinction.is_grey())
+        self.every().all(|blob| blob.extinction.is_grey())
     }
 
-    fn merge(terms: &[&Self], channel: usize) -> Blobs {
-        let blobs = terms.iter().flat_map(|term| &term.blobs);
-        let blobs = blobs.map(|blob| Gaussian::new(blob, channel));
+    fn merge(terms: &[&Self], channel: usize, moment: &Moment) -> Blobs {
+        let blobs = terms.iter().flat_map(|term| {
+            let shift = moment.shift(term.wind_response);
+            let blobs = term.at(moment.time_s).into_owned().into_iter();
+            blobs.map(move |blob| Gaussian::new(&blob, channel).moved(shift))
+        });
         Blobs::new(blobs.filter(|blob| blob.c > 0.0).collect())
     }
 }

@@ -2,16 +2,14 @@
 //! with height alone: β(x) = β₀ share(y), T(a, b) = |a − b| times the mean of that between both heights
 //! ([`Profile`]).
 
-mod lanes;
-
 use super::vertical::{Profile, Uniform, Vertical};
-use super::{Along, Common, Medium, Near, Search, Smooth, TermKind, Ways};
-use crate::geometry::Ray;
+use super::closed::{Closed, crossing};
+use super::{Common, Moment, TermKind, Words};
 use crate::json::{Albedo, Checker, Code, Spectrum, limits};
 use crate::num::Num;
 use crate::phase::Phase;
-use fearless_simd::Level;
-use glam::{DVec3, Vec4};
+use crate::vector::V3;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +46,9 @@ pub struct Homogeneous {
     /// Into which directions this term scatters; as the fog's own where nothing is said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase: Option<Phase>,
+    /// Share of the wind that moves this term, from 0 to 1.
+    #[schemars(range(min = limits::FRACTION.min, max = limits::FRACTION.max))]
+    pub wind_response: f64,
     /// How the extinction depends on height.
     pub vertical: Vertical,
 }
@@ -61,6 +62,7 @@ impl Default for Homogeneous {
             visibility_m: None,
             albedo: None,
             phase: None,
+            wind_response: 1.0,
             vertical: Vertical::Uniform(Uniform {}),
         }
     }
@@ -124,10 +126,11 @@ impl TermKind for Homogeneous {
             enabled: self.enabled,
             albedo: self.albedo,
             phase: self.phase.as_ref(),
+            wind_response: self.wind_response,
         }
     }
 
-    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
         if let Some(extinction) = self.extinction {
             check.spectrum(extinction, limits::EXTINCTION, || at("extinction"));
         }
@@ -145,12 +148,14 @@ impl TermKind for Homogeneous {
         self.extinction_per_m().is_grey()
     }
 
-    fn merge(terms: &[&Self], channel: usize) -> Haze {
+    fn merge(terms: &[&Self], channel: usize, moment: &Moment) -> Haze {
         let mut haze = Haze::default();
         for term in terms {
             let beta = term.extinction_per_m().channels()[channel];
             if beta > 0.0 {
-                haze.add(Layer { beta, profile: term.vertical.profile() });
+                let shift = moment.shift(term.wind_response);
+                let profile = term.vertical.profile().seen_from(-shift.y);
+                haze.add(Layer { beta, profile });
             }
         }
         haze
@@ -183,161 +188,77 @@ impl Haze {
         }
     }
 
-    /// β₀ [1/m] if it is the same everywhere.
-    pub fn uniform_beta(&self) -> Option<f64> {
-        self.layers.is_empty().then_some(self.uniform)
-    }
-
-    /// The same, heights counted from another one.
-    fn seen_from(&self, height: f64) -> Self {
-        let layer = |layer: &Layer| Layer { profile: layer.profile.seen_from(height), ..*layer };
-        Self { uniform: self.uniform, layers: self.layers.iter().map(layer).collect() }
-    }
-
     /// The largest β [1/m].
     fn most(&self) -> f64 {
         self.uniform + self.layers.iter().map(|layer| layer.beta).sum::<f64>()
     }
-
-    /// β at a height [1/m].
-    #[inline(always)]
-    fn at<N: Num>(&self, y: N) -> N {
-        let mut sum = y.lit(self.uniform);
-        for layer in &self.layers {
-            sum = layer.profile.at(y).mul_add(y.lit(layer.beta), sum);
-        }
-        sum
-    }
-
-    /// The mean of β between two heights [1/m].
-    #[inline(always)]
-    fn mean<N: Num>(&self, a: N, b: N) -> N {
-        let mut sum = a.lit(self.uniform);
-        for layer in &self.layers {
-            sum = layer.profile.mean(a, b).mul_add(a.lit(layer.beta), sum);
-        }
-        sum
-    }
-
-    /// Heights at which it jumps or kinks.
-    fn edges(&self) -> impl Iterator<Item = f64> {
-        self.layers.iter().flat_map(|layer| layer.profile.edges())
-    }
 }
 
-impl Medium for Haze {
-    fn is_empty(&self) -> bool {
+impl Closed for Haze {
+    fn is_nothing(&self) -> bool {
         self.most() == 0.0
     }
 
-    fn beta(&self, x: DVec3) -> f64 {
-        self.at(x.y)
+    fn seen_from(&self, origin: DVec3) -> Self {
+        let layer =
+            |layer: &Layer| Layer { profile: layer.profile.seen_from(origin.y), ..*layer };
+        Self { uniform: self.uniform, layers: self.layers.iter().map(layer).collect() }
     }
 
-    fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
-        length_m * self.seen_from(ray.origin.y).mean(0.0, length_m * ray.direction.y)
+    fn count(&self) -> usize {
+        1 + self.layers.len()
     }
 
-    fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along> {
-        let haze = self.seen_from(ray.origin.y);
-        Box::new(HazeOnRay { haze, climb: ray.direction.y, length_m })
-    }
-
-    fn ways(&self, apex: DVec3, _ends: [DVec3; 2]) -> Box<dyn Ways> {
-        Box::new(HazeFrom { haze: self.seen_from(apex.y), apex })
-    }
-
-    fn near(&self, _level: Level, search: &Search) -> Box<dyn Near> {
-        Box::new(self.seen_from(search.bundle.origin.y))
-    }
-
-    fn smooth(&self, origin: DVec3) -> Option<Box<dyn Smooth>> {
-        Some(Box::new(self.seen_from(origin.y)))
-    }
-
-    fn least(&self, length_m: f64) -> f64 {
-        self.uniform * length_m
-    }
-
-    fn rows(&self, camera: DVec3) -> Option<Vec<Vec4>> {
-        let haze = self.seen_from(camera.y);
-        let layers = haze.layers.iter().map(|layer| layer.profile.row(layer.beta));
-        Some([Profile::Uniform.row(haze.uniform)].into_iter().chain(layers).collect())
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(self.layers.as_slice())
-    }
-}
-
-/// Along one ray; heights from where it starts.
-#[derive(Debug)]
-struct HazeOnRay {
-    haze: Haze,
-    /// Height gained per metre.
-    climb: f64,
-    length_m: f64,
-}
-
-impl HazeOnRay {
-    /// Ray parameters between which a layer lies [m].
-    fn span_of(&self, profile: Profile) -> Option<(f64, f64)> {
-        let Profile::Slab { min, max } = profile else { return Some((0.0, self.length_m)) };
-        if self.climb == 0.0 {
-            return (min <= 0.0 && 0.0 <= max).then_some((0.0, self.length_m));
+    #[inline(always)]
+    fn at<N: Num>(&self, x: V3<N>) -> N {
+        let mut sum = x.y.lit(self.uniform);
+        for layer in &self.layers {
+            sum = layer.profile.at(x.y).mul_add(x.y.lit(layer.beta), sum);
         }
-        let (a, b) = (min / self.climb, max / self.climb);
-        let (from, to) = (a.min(b).max(0.0), a.max(b).min(self.length_m));
-        (from < to).then_some((from, to))
-    }
-}
-
-impl Along for HazeOnRay {
-    fn terms(&self) -> usize {
-        1 + self.haze.layers.len()
+        sum
     }
 
-    fn is_smooth(&self) -> bool {
-        true
-    }
-
-    fn beta(&self, t: f64) -> f64 {
-        self.haze.at(t * self.climb)
-    }
-
-    fn depth(&self, t: f64) -> f64 {
-        t * self.haze.mean(0.0, t * self.climb)
-    }
-
-    fn span(&self) -> Option<(f64, f64)> {
-        if self.length_m <= 0.0 {
-            return None;
+    #[inline(always)]
+    fn mean<N: Num>(&self, a: V3<N>, b: V3<N>) -> N {
+        let mut sum = a.y.lit(self.uniform);
+        for layer in &self.layers {
+            sum = layer.profile.mean(a.y, b.y).mul_add(a.y.lit(layer.beta), sum);
         }
-        if self.haze.uniform > 0.0 {
-            return Some((0.0, self.length_m));
+        sum
+    }
+
+    fn least_beta(&self) -> f64 {
+        self.uniform
+    }
+
+    fn most_beta(&self) -> f64 {
+        self.most()
+    }
+
+    fn uniform(&self) -> Option<f64> {
+        self.layers.is_empty().then_some(self.uniform)
+    }
+
+    fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>) {
+        let heights = self.layers.iter().flat_map(|layer| layer.profile.edges());
+        edges.extend(heights.map(|height| crossing(height - start.y, direction.y)));
+    }
+
+    fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
+        if self.uniform > 0.0 {
+            return Some((0.0, length_m));
         }
-        let spans = self.haze.layers.iter().filter_map(|layer| self.span_of(layer.profile));
+        let span = |layer: &Layer| layer.profile.span(direction.y, length_m);
+        let spans = self.layers.iter().filter_map(span);
         spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
-    fn edges(&self) -> Vec<f64> {
-        self.haze.edges().map(|height| height / self.climb).filter(|t| t.is_finite()).collect()
-    }
-}
-
-/// Between a point and others; heights from that point.
-#[derive(Debug)]
-struct HazeFrom {
-    haze: Haze,
-    apex: DVec3,
-}
-
-impl Ways for HazeFrom {
-    fn terms(&self) -> usize {
-        1 + self.haze.layers.len()
+    fn words(&self, _numbers: &mut Vec<f32>) -> Vec<Words> {
+        let layers = self.layers.iter().map(|layer| vec![layer.profile.row(layer.beta)]);
+        [vec![Profile::Uniform.row(self.uniform)]].into_iter().chain(layers).collect()
     }
 
-    fn depth_to(&self, point: DVec3) -> f64 {
-        self.apex.distance(point) * self.haze.mean(0.0, point.y - self.apex.y)
+    fn size(&self) -> usize {
+        size_of_val(self.layers.as_slice())
     }
 }

@@ -1,0 +1,259 @@
+// B-spline fogmaps (Giroud and Biri 2010): a plane of cells, in each of which β is a polynomial that a Gauss rule
+// integrates exactly along a way, cell by cell.
+//
+// A medium in closed form: the generated module `fogbank::haze` sums these functions over its rows, a row a plane:
+// the map itself, or, where view rays drop details, the map for lights and its levels for the eye.
+//
+// Twins: core/src/media/fogmap/{mod,plane}.rs.
+
+#define_import_path fogbank::media::fogmap
+
+#import fogbank::num
+
+/// Coefficients of all planes, row by row.
+@group(0) @binding(20) var<storage, read> numbers: array<f32>;
+
+/// A plane as the host writes it; heights from the camera.
+struct Row {
+    /// Where the first coefficient stands: x and z [m].
+    x: f32,
+    z: f32,
+    /// Cells a metre.
+    rate: f32,
+    degree: f32,
+    columns: f32,
+    rows: f32,
+    /// Where its coefficients begin.
+    first: f32,
+    /// Up to which share of a view ray it counts.
+    share: f32,
+    /// Extinction where the map is 1 [1/m].
+    extinction: f32,
+    low_m: f32,
+    high_m: f32,
+    falloff: f32,
+    /// Who sees it.
+    seen: f32,
+    /// The largest coefficient.
+    most: f32,
+    gap: f32,
+    gap_too: f32,
+}
+
+const BY_LIGHTS: f32 = 1.0;
+const BY_EYES: f32 = 2.0;
+
+/// Ray parameters at which β jumps or kinks, of one row.
+const EDGES: u32 = 2u;
+/// Higher than any end that is one.
+const FAR: f32 = 1e38;
+/// Nodes and weights of the rules of three degrees, one after the other, and of one with an exponential.
+const RULES: array<vec2<f32>, 6> = array<vec2<f32>, 6>(
+    vec2<f32>(0.5, 1.0),
+    vec2<f32>(0.21132487, 0.5),
+    vec2<f32>(0.7886751, 0.5),
+    vec2<f32>(0.11270167, 0.2777778),
+    vec2<f32>(0.5, 0.44444445),
+    vec2<f32>(0.8872983, 0.2777778),
+);
+const WITH_EXPONENTIAL: array<vec2<f32>, 8> = array<vec2<f32>, 8>(
+    vec2<f32>(0.0198550718, 0.0506142681),
+    vec2<f32>(0.101666761, 0.111190517),
+    vec2<f32>(0.237233795, 0.156853323),
+    vec2<f32>(0.408282679, 0.181341892),
+    vec2<f32>(0.591717321, 0.181341892),
+    vec2<f32>(0.762766205, 0.156853323),
+    vec2<f32>(0.898333239, 0.111190517),
+    vec2<f32>(0.980144928, 0.0506142681),
+);
+
+/// β at a point, from the camera [1/m].
+fn extinction(row: Row, point: vec3<f32>) -> f32 {
+    if row.seen == BY_EYES {
+        return 0.0;
+    }
+    let place = in_cells(row, point);
+    if any(place < vec2<f32>(0.0)) || any(place >= cells(row)) {
+        return 0.0;
+    }
+    let cell = floor(place);
+    return row.extinction * share(row, point.y) * value(row, cell, place - cell);
+}
+
+/// The mean of β between two points [1/m].
+fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    if row.seen == BY_EYES {
+        return 0.0;
+    }
+    return row.extinction * along(row, a, b - a);
+}
+
+/// The same as view rays see it, which begin at the first point.
+fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    if row.seen == BY_LIGHTS {
+        return 0.0;
+    }
+    return row.extinction * row.share * along(row, a, row.share * (b - a));
+}
+
+/// The least β anywhere, and the most [1/m].
+fn bounds(row: Row) -> vec2<f32> {
+    return vec2<f32>(0.0, select(row.extinction * row.most, 0.0, row.seen == BY_EYES));
+}
+
+/// The ray parameter of an edge; behind the ray's start where it has none [m].
+fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let height = select(row.low_m, row.high_m, which == 1u);
+    let rise = height - origin.y;
+    if row.seen == BY_EYES || abs(height) > FAR || abs(direction.y) * FAR <= abs(rise) {
+        return -1.0;
+    }
+    return rise / direction.y;
+}
+
+/// The share of the extinction at a height.
+fn share(row: Row, y: f32) -> f32 {
+    if row.falloff > 0.0 {
+        return num::exp_bounded(-max(y - row.low_m, 0.0) * row.falloff);
+    }
+    return select(0.0, 1.0, row.low_m <= y && y <= row.high_m);
+}
+
+fn in_cells(row: Row, point: vec3<f32>) -> vec2<f32> {
+    return (point.xz - vec2<f32>(row.x, row.z)) * row.rate;
+}
+
+/// Columns and rows of cells.
+fn cells(row: Row) -> vec2<f32> {
+    return vec2<f32>(row.columns, row.rows) + row.degree;
+}
+
+fn coefficient(row: Row, i: f32, j: f32) -> f32 {
+    if i < 0.0 || j < 0.0 || i >= row.columns || j >= row.rows {
+        return 0.0;
+    }
+    return numbers[u32(row.first) + u32(j) * u32(row.columns) + u32(i)];
+}
+
+/// Weights of the splines that count in a cell, of the one that begins there last.
+fn weights(degree: f32, f: f32) -> vec3<f32> {
+    if degree == 0.0 {
+        return vec3<f32>(0.0, 0.0, 1.0);
+    }
+    if degree == 1.0 {
+        return vec3<f32>(0.0, 1.0 - f, f);
+    }
+    let first = 0.5 * (1.0 - f) * (1.0 - f);
+    let last = 0.5 * f * f;
+    return vec3<f32>(first, 1.0 - first - last, last);
+}
+
+/// The map's value in a cell.
+fn value(row: Row, cell: vec2<f32>, f: vec2<f32>) -> f32 {
+    let across = weights(row.degree, f.x);
+    let down = weights(row.degree, f.y);
+    var sum = 0.0;
+    for (var j = 2u - u32(row.degree); j < 3u; j++) {
+        for (var i = 2u - u32(row.degree); i < 3u; i++) {
+            let c = coefficient(row, cell.x + f32(i) - 2.0, cell.y + f32(j) - 2.0);
+            sum += across[i] * down[j] * c;
+        }
+    }
+    return sum;
+}
+
+/// Between which of some shares of a way a coordinate lies between two numbers.
+fn within(start: f32, step: f32, low: f32, high: f32, ends: vec2<f32>) -> vec2<f32> {
+    let safe = select(step, 1e-30, abs(step) < 1e-30);
+    let a = (low - start) / safe;
+    let b = (high - start) / safe;
+    let first = min(max(min(a, b), ends.x), ends.y);
+    return vec2<f32>(first, max(min(max(a, b), ends.y), first));
+}
+
+/// The mean of the map along a way, times the share at each height.
+fn along(row: Row, start: vec3<f32>, way: vec3<f32>) -> f32 {
+    let whole = vec2<f32>(0.0, 1.0);
+    if row.falloff > 0.0 {
+        let below = within(start.y, way.y, -FAR, row.low_m, whole);
+        let above = within(start.y, way.y, row.low_m, FAR, whole);
+        return between(row, start, way, below, false) + between(row, start, way, above, true);
+    }
+    return between(row, start, way, within(start.y, way.y, row.low_m, row.high_m, whole), false);
+}
+
+/// Between two shares of the way, cell by cell.
+fn between(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, falls: bool) -> f32 {
+    let place = in_cells(row, start);
+    let step = way.xz * row.rate;
+    let count = cells(row);
+    var ends = within(place.x, step.x, 0.0, count.x, given);
+    ends = within(place.y, step.y, 0.0, count.y, ends);
+    var sum = 0.0;
+    var here = ends.x;
+    if ends.x >= ends.y {
+        return 0.0;
+    }
+    // A way passes no more sides than there are.
+    let most = u32(count.x + count.y) + 4u;
+    var cell = clamp(floor(place + step * here), vec2<f32>(0.0), count - 1.0);
+    // Where the next sides are, of both axes.
+    let ahead = select(vec2<f32>(0.0), vec2<f32>(1.0), step > vec2<f32>(0.0));
+    let turn = select(vec2<f32>(-1.0), vec2<f32>(1.0), step > vec2<f32>(0.0));
+    let level = abs(step) < vec2<f32>(1e-30);
+    let safe = select(step, vec2<f32>(1.0), level);
+    for (var i = 0u; i < most && here < ends.y; i++) {
+        var sides = (cell + ahead - place) / safe;
+        sides = select(sides, vec2<f32>(2.0), level);
+        let next = clamp(min(sides.x, sides.y), here, ends.y);
+        if next > here {
+            sum += in_cell(row, start, way, vec2<f32>(here, next), cell, falls);
+        }
+        here = next;
+        if next < ends.y {
+            cell += select(vec2<f32>(0.0, turn.y), vec2<f32>(turn.x, 0.0), sides.x <= sides.y);
+        }
+        if any(cell < vec2<f32>(0.0)) || any(cell >= count) {
+            break;
+        }
+    }
+    return sum;
+}
+
+/// A cell's share of the mean.
+fn in_cell(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, cell: vec2<f32>, falls: bool) -> f32 {
+    let place = in_cells(row, start) - cell;
+    let step = way.xz * row.rate;
+    var sum = 0.0;
+    if !falls {
+        let degree = u32(row.degree);
+        let first = degree * (degree + 1u) / 2u;
+        for (var i = 0u; i <= degree; i++) {
+            var rules = RULES;
+            let node = rules[first + i];
+            let at = mix(given.x, given.y, node.x);
+            sum += node.y * value(row, cell, place + step * at);
+        }
+        return sum * (given.y - given.x);
+    }
+    // Exponents behind which nothing is left, and what a rule takes.
+    let rate = abs(way.y) * row.falloff;
+    let reach = 40.0 / max(rate, 1e-30);
+    var ends = given;
+    if way.y > 0.0 {
+        ends.y = min(ends.y, ends.x + reach);
+    } else {
+        ends.x = max(ends.x, ends.y - reach);
+    }
+    let parts = max(ceil((ends.y - ends.x) * rate / 4.0), 1.0);
+    let part = (ends.y - ends.x) / parts;
+    for (var k = 0.0; k < parts; k += 1.0) {
+        for (var i = 0u; i < 8u; i++) {
+            var rule = WITH_EXPONENTIAL;
+            let at = ends.x + part * (k + rule[i].x);
+            let height = share(row, start.y + way.y * at);
+            sum += rule[i].y * height * value(row, cell, place + step * at);
+        }
+    }
+    return sum * part;
+}

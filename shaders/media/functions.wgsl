@@ -1,0 +1,330 @@
+// Families of functions (Biri and Michelin 2002): waves, polynomials on a period of space, and fog around objects,
+// each integrated along the ray.
+//
+// A medium in closed form: the generated module `fogbank::haze` sums these functions over its rows. A polynomial
+// is a row a monomial.
+//
+// Twins: core/src/media/functions/{cosine,polynomial,equipotential}.rs.
+
+#define_import_path fogbank::media::functions
+
+#import fogbank::num
+
+/// A row as the host writes it: twelve numbers, of which the last tells the kind.
+/// Waves: wave vector [turns/m], phase of the sine [turns], amplitude.
+/// Monomials: periods a metre on every axis, coefficient; where a period is at the camera, and a gap; powers.
+/// Objects: a point, a sphere's radius; a line's direction, strength; c, d.
+struct Row {
+    at: array<f32, 12>,
+}
+
+const WAVE: f32 = 0.0;
+const REPEATED: f32 = 1.0;
+const POINT: f32 = 2.0;
+const LINE: f32 = 3.0;
+const SPHERE: f32 = 4.0;
+/// Monomials of one period alone; the first tells of its edges.
+const BOUNDED: f32 = 5.0;
+const BOUNDED_TOO: f32 = 6.0;
+
+/// Ray parameters at which β jumps, of one row.
+const EDGES: u32 = 6u;
+/// Turns of a loop that every driver makes.
+const TURNS: u32 = 50000u;
+/// Abscissae and weights of a rule on [0, 1] that is exact to the fifteenth power.
+const RULE: array<vec2<f32>, 8> = array<vec2<f32>, 8>(
+    vec2<f32>(0.0198550718, 0.0506142681),
+    vec2<f32>(0.101666761, 0.111190517),
+    vec2<f32>(0.237233795, 0.156853323),
+    vec2<f32>(0.408282679, 0.181341892),
+    vec2<f32>(0.591717321, 0.181341892),
+    vec2<f32>(0.762766205, 0.156853323),
+    vec2<f32>(0.898333239, 0.111190517),
+    vec2<f32>(0.980144928, 0.0506142681),
+);
+
+fn kind_of(row: Row) -> f32 {
+    return row.at[11];
+}
+
+fn first(row: Row) -> vec3<f32> {
+    return vec3<f32>(row.at[0], row.at[1], row.at[2]);
+}
+
+fn second(row: Row) -> vec3<f32> {
+    return vec3<f32>(row.at[4], row.at[5], row.at[6]);
+}
+
+fn third(row: Row) -> vec3<f32> {
+    return vec3<f32>(row.at[8], row.at[9], row.at[10]);
+}
+
+/// β at a point, from the camera [1/m].
+fn extinction(row: Row, point: vec3<f32>) -> f32 {
+    let kind = kind_of(row);
+    if kind == WAVE {
+        return wave(row, point);
+    }
+    if kind == POINT || kind == LINE || kind == SPHERE {
+        return potential(row, relative(row, point));
+    }
+    let place = first(row) * point + second(row);
+    if kind == REPEATED {
+        return monomial(row, place - floor(place));
+    }
+    let is_inside = all(place >= vec3<f32>(0.0)) && all(place < vec3<f32>(1.0));
+    return select(0.0, monomial(row, place), is_inside);
+}
+
+/// The mean of β between two points [1/m].
+fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    let kind = kind_of(row);
+    if kind == WAVE {
+        return mean_wave(row, a, b);
+    }
+    if kind == POINT || kind == LINE || kind == SPHERE {
+        return mean_potential(row, a, b);
+    }
+    let start = first(row) * a + second(row);
+    let end = first(row) * b + second(row);
+    if kind != REPEATED {
+        return bounded(row, start, end);
+    }
+    let axes = vec3<u32>(first(row) != vec3<f32>(0.0));
+    if axes.x + axes.y + axes.z == 1u {
+        let on = vec3<f32>(axes);
+        return in_periods(row, dot(on, start), dot(on, end), u32(dot(on, third(row))));
+    }
+    return step_by_step(row, start, end);
+}
+
+/// The same as view rays see it.
+fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return mean(row, a, b);
+}
+
+/// The least β anywhere, and the most [1/m].
+fn bounds(row: Row) -> vec2<f32> {
+    let kind = kind_of(row);
+    if kind == WAVE {
+        if all(first(row) == vec3<f32>(0.0)) {
+            return vec2<f32>(wave(row, vec3<f32>(0.0)));
+        }
+        return abs(row.at[4]) * vec2<f32>(-1.0, 1.0);
+    }
+    if kind == POINT || kind == LINE || kind == SPHERE {
+        let most = row.at[7] / row.at[8];
+        return select(vec2<f32>(min(most, 0.0), max(most, 0.0)), vec2<f32>(most), row.at[9] == 0.0);
+    }
+    let c = row.at[3];
+    let is_constant = kind == REPEATED && all(third(row) == vec3<f32>(0.0));
+    return select(vec2<f32>(min(c, 0.0), max(c, 0.0)), vec2<f32>(c), is_constant);
+}
+
+/// The ray parameter of an edge; behind the ray's start where it has none [m].
+fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    if kind_of(row) != BOUNDED {
+        return -1.0;
+    }
+    let axis = which / 2u;
+    let rate = first(row)[axis];
+    let climb = rate * direction[axis];
+    let rise = f32(which % 2u) - (rate * origin[axis] + second(row)[axis]);
+    if rate == 0.0 || abs(climb) * 1e30 <= abs(rise) {
+        return -1.0;
+    }
+    return rise / climb;
+}
+
+fn wave(row: Row, x: vec3<f32>) -> f32 {
+    return row.at[4] * num::sin_turns(dot(first(row), x) + row.at[3]);
+}
+
+fn mean_wave(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    let turns = dot(first(row), b - a);
+    let w = num::PI * turns;
+    let square = w * w;
+    let series = 1.0 + square * (square / 120.0 - 1.0 / 6.0);
+    let is_short = abs(w) < 0.02;
+    let share = select(num::sin_turns(0.5 * turns) / select(w, 0.5, is_short), series, is_short);
+    return wave(row, 0.5 * (a + b)) * share;
+}
+
+fn power(u: f32, power: f32) -> f32 {
+    var product = 1.0;
+    for (var i = 0u; i < u32(power); i++) {
+        product *= u;
+    }
+    return product;
+}
+
+/// c Π uᵢ^pᵢ.
+fn monomial(row: Row, u: vec3<f32>) -> f32 {
+    let powers = third(row);
+    return row.at[3] * power(u.x, powers.x) * power(u.y, powers.y) * power(u.z, powers.z);
+}
+
+/// The mean of u^p from one place of a period to another: (b^(p+1) − a^(p+1))/((p + 1)(b − a)), without that
+/// difference.
+fn mean_power(a: f32, b: f32, power: u32) -> f32 {
+    var sum = 1.0;
+    var of_a = 1.0;
+    for (var i = 0u; i < power; i++) {
+        of_a *= a;
+        sum = sum * b + of_a;
+    }
+    return sum / f32(power + 1u);
+}
+
+/// Of one variable: parts of two periods, and the whole ones between them.
+fn in_periods(row: Row, start: f32, end: f32, power: u32) -> f32 {
+    let low = min(start, end);
+    let high = max(start, end);
+    let passed = floor(high) - floor(low);
+    let a = low - floor(low);
+    let b = high - floor(high);
+    if passed < 0.5 {
+        return row.at[3] * mean_power(a, b, power);
+    }
+    let sum = (1.0 - a) * mean_power(a, 1.0, power) + b * mean_power(0.0, b, power)
+        + (passed - 1.0) * mean_power(0.0, 1.0, power);
+    return row.at[3] * sum / (high - low);
+}
+
+/// The mean between two shares of a segment that lie in one period.
+fn between(row: Row, start: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        var rule = RULE;
+        let node = rule[i];
+        sum += node.y * monomial(row, start + way * mix(ends.x, ends.y, node.x));
+    }
+    return sum;
+}
+
+/// Of the only period.
+fn bounded(row: Row, start: vec3<f32>, end: vec3<f32>) -> f32 {
+    let way = end - start;
+    var ends = vec2<f32>(0.0, 1.0);
+    for (var k = 0u; k < 3u; k++) {
+        if first(row)[k] != 0.0 {
+            let safe = select(way[k], 1e-30, abs(way[k]) < 1e-30);
+            let planes = (vec2<f32>(0.0, 1.0) - start[k]) / safe;
+            ends.x = min(max(ends.x, min(planes.x, planes.y)), 1.0);
+            ends.y = max(min(ends.y, max(planes.x, planes.y)), 0.0);
+        }
+    }
+    return max(ends.y - ends.x, 0.0) * between(row, start, way, ends);
+}
+
+/// Of several variables: from border to border.
+fn step_by_step(row: Row, start: vec3<f32>, end: vec3<f32>) -> f32 {
+    let way = end - start;
+    let step = 1.0 / max(abs(way), vec3<f32>(1e-30));
+    let part = start - floor(start);
+    // Downwards from a whole number the first border is a period away.
+    let down = select(vec3<f32>(1.0), part, part > vec3<f32>(0.0));
+    let ahead = step * select(1.0 - part, down, way < vec3<f32>(0.0));
+    var passed = vec3<f32>(0.0);
+    var ends = vec2<f32>(0.0);
+    var sum = 0.0;
+    for (var many = 0u; many < 2u && ends.x < 1.0; many++) {
+        for (var turn = 0u; turn < TURNS && ends.x < 1.0; turn++) {
+            let borders = ahead + passed * step;
+            let next = min(borders.x, min(borders.y, borders.z));
+            passed += select(vec3<f32>(0.0), vec3<f32>(1.0), borders <= vec3<f32>(next));
+            ends.y = min(next, 1.0);
+            let cell = floor(start + way * (0.5 * (ends.x + ends.y)));
+            sum += (ends.y - ends.x) * between(row, start - cell, way, ends);
+            ends.x = ends.y;
+        }
+    }
+    // The rest of a way from a light far away counts by the mean of all periods.
+    let parts = third(row) + 1.0;
+    return sum + (1.0 - ends.x) * row.at[3] / (parts.x * parts.y * parts.z);
+}
+
+/// A point from an object; of a line, across it.
+fn relative(row: Row, x: vec3<f32>) -> vec3<f32> {
+    let way = x - first(row);
+    let line = second(row);
+    return way - line * dot(way, line);
+}
+
+fn potential(row: Row, way: vec3<f32>) -> f32 {
+    var square = dot(way, way);
+    if kind_of(row) == SPHERE {
+        let outside = max(sqrt(square) - row.at[3], 0.0);
+        square = outside * outside;
+    }
+    return row.at[7] / (row.at[8] + row.at[9] * square);
+}
+
+fn mean_potential(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    let c = row.at[8];
+    let d = row.at[9];
+    let start = relative(row, a);
+    let end = relative(row, b);
+    let way = end - start;
+    let length_m = length(way);
+    if d == 0.0 || length_m == 0.0 {
+        return potential(row, start);
+    }
+    let along = way / length_m;
+    let aside = cross(start, along);
+    let miss2 = dot(aside, aside);
+    let ends = vec2<f32>(dot(start, along), dot(end, along));
+    var sum = 0.0;
+    if kind_of(row) == SPHERE {
+        sum = around_sphere(row, miss2, ends);
+    } else {
+        let m2 = miss2 + c / d;
+        let m = sqrt(m2);
+        sum = num::angle(m * length_m, m2 + ends.x * ends.y) / (m * d);
+    }
+    return sum * row.at[7] / length_m;
+}
+
+/// ∫ ds/(c + d r²) along a line that passes the sphere's middle at that squared distance, between two places
+/// counted from where it is nearest.
+fn around_sphere(row: Row, miss2: f32, ends: vec2<f32>) -> f32 {
+    let radius = row.at[3];
+    let half = sqrt(max(radius * radius - miss2, 0.0));
+    let inside = max(min(ends.y, half) - max(ends.x, -half), 0.0);
+    let before = outside(row, miss2, vec2<f32>(max(half, -ends.y), max(half, -ends.x)));
+    let behind = outside(row, miss2, vec2<f32>(max(half, ends.x), max(half, ends.y)));
+    return inside / row.at[8] + before + behind;
+}
+
+fn times(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
+    return vec2<f32>(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
+}
+
+/// The root of a complex number in the upper half plane that lies in the first quarter.
+fn root(z: vec2<f32>) -> vec2<f32> {
+    let large = sqrt(0.5 * (length(z) + abs(z.x)));
+    let small = 0.5 * z.y / large;
+    return select(vec2<f32>(large, small), vec2<f32>(small, large), z.x < 0.0);
+}
+
+/// The same outside of the sphere, behind it.
+fn outside(row: Row, miss2: f32, ends: vec2<f32>) -> f32 {
+    let e = sqrt(row.at[8] / row.at[9]);
+    let z = vec2<f32>(row.at[3], e);
+    let s = root(vec2<f32>(z.x * z.x - z.y * z.y - miss2, 2.0 * z.x * z.y));
+    let far = z + s;
+    let near = vec2<f32>(far.x, -far.y) * (miss2 / dot(far, far));
+    let a = logs(far, near, miss2, ends.x);
+    let b = logs(far, near, miss2, ends.y);
+    let difference = vec2<f32>(0.5 * num::log_bounded((b.x * a.y) / (b.y * a.x)), b.z - a.z);
+    let along = times(times(z, vec2<f32>(s.x, -s.y)), difference).y / dot(s, s);
+    return along / (row.at[9] * e);
+}
+
+/// ln((1 − far·t)/(1 − near·t)) at an end: squared sizes, and the angle of the quotient.
+fn logs(far: vec2<f32>, near: vec2<f32>, miss2: f32, s: f32) -> vec3<f32> {
+    let t = 1.0 / max(sqrt(s * s + miss2) + s, 1e-30);
+    let a = vec2<f32>(1.0 - far.x * t, far.y * t);
+    let b = vec2<f32>(1.0 - near.x * t, -near.y * t);
+    return vec3<f32>(dot(a, a), dot(b, b), -num::angle(a.y, a.x) - num::angle(b.y, b.x));
+}
