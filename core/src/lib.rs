@@ -17,6 +17,7 @@ pub mod presets;
 pub mod probe;
 mod progress;
 mod quadrature;
+mod random;
 pub mod renderer;
 pub mod request;
 pub mod scene;

@@ -175,15 +175,15 @@ impl<'a> Prober<'a> {
                 let path = || Path::new(field, group, source, ray, length).of(self.progress);
                 let unit = match band.method {
                     Method::None => 0.0,
-                    Method::Sun2005 => {
+                    Method::Sun2005 | Method::Macklin2010 => {
                         let beta = field.uniform_beta().unwrap_or_default();
                         let to_light = source.beside(ray.origin.into(), ray.direction.into());
-                        sun2005::share(field, group) * sun2005::airlight(beta, to_light, length)
-                    }
-                    Method::Macklin2010 => {
-                        let beta = field.uniform_beta().unwrap_or_default();
-                        let to_light = source.beside(ray.origin.into(), ray.direction.into());
-                        sun2005::share(field, group) * macklin2010::airlight(beta, to_light, length)
+                        let unit = if band.method == Method::Macklin2010 {
+                            macklin2010::airlight(beta, to_light, length)
+                        } else {
+                            sun2005::airlight(beta, to_light, length)
+                        };
+                        sun2005::share(field, group) * unit
                     }
                     Method::Fogshop2007 => match &sighted {
                         Some(sighted) => {

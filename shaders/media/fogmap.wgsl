@@ -9,6 +9,7 @@
 #define_import_path fogbank::media::fogmap
 
 #import fogbank::num
+#import fogbank::media::vertical
 
 /// Coefficients of all planes, row by row.
 @group(0) @binding(20) var<storage, read> numbers: array<f32>;
@@ -45,9 +46,7 @@ const BY_EYES: f32 = 2.0;
 
 /// Ray parameters at which β jumps or kinks, of one row.
 const EDGES: u32 = 2u;
-/// Higher than any end that is one.
-const FAR: f32 = 1e38;
-/// Nodes and weights of the rules of three degrees, one after the other, and of one with an exponential.
+/// Nodes and weights of the rules of three degrees, one after the other.
 const RULES: array<vec2<f32>, 6> = array<vec2<f32>, 6>(
     vec2<f32>(0.5, 1.0),
     vec2<f32>(0.21132487, 0.5),
@@ -55,16 +54,6 @@ const RULES: array<vec2<f32>, 6> = array<vec2<f32>, 6>(
     vec2<f32>(0.11270167, 0.2777778),
     vec2<f32>(0.5, 0.44444445),
     vec2<f32>(0.8872983, 0.2777778),
-);
-const WITH_EXPONENTIAL: array<vec2<f32>, 8> = array<vec2<f32>, 8>(
-    vec2<f32>(0.0198550718, 0.0506142681),
-    vec2<f32>(0.101666761, 0.111190517),
-    vec2<f32>(0.237233795, 0.156853323),
-    vec2<f32>(0.408282679, 0.181341892),
-    vec2<f32>(0.591717321, 0.181341892),
-    vec2<f32>(0.762766205, 0.156853323),
-    vec2<f32>(0.898333239, 0.111190517),
-    vec2<f32>(0.980144928, 0.0506142681),
 );
 
 /// β at a point, from the camera [1/m].
@@ -77,7 +66,7 @@ fn extinction(row: Row, point: vec3<f32>) -> f32 {
         return 0.0;
     }
     let cell = floor(place);
-    return row.extinction * share(row, point.y) * value(row, cell, place - cell);
+    return row.extinction * vertical::share(profile(row), point.y) * value(row, cell, place - cell);
 }
 
 /// The mean of β between two points [1/m].
@@ -103,20 +92,14 @@ fn bounds(row: Row) -> vec2<f32> {
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].
 fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let height = select(row.low_m, row.high_m, which == 1u);
-    let rise = height - origin.y;
-    if row.seen == BY_EYES || abs(height) > FAR || abs(direction.y) * FAR <= abs(rise) {
+    if row.seen == BY_EYES {
         return -1.0;
     }
-    return rise / direction.y;
+    return vertical::edge(profile(row), which, origin.y, direction.y);
 }
 
-/// The share of the extinction at a height.
-fn share(row: Row, y: f32) -> f32 {
-    if row.falloff > 0.0 {
-        return num::exp_bounded(-max(y - row.low_m, 0.0) * row.falloff);
-    }
-    return select(0.0, 1.0, row.low_m <= y && y <= row.high_m);
+fn profile(row: Row) -> vertical::Profile {
+    return vertical::Profile(row.low_m, row.high_m, row.falloff);
 }
 
 fn in_cells(row: Row, point: vec3<f32>) -> vec2<f32> {
@@ -175,8 +158,8 @@ fn within(start: f32, step: f32, low: f32, high: f32, ends: vec2<f32>) -> vec2<f
 fn along(row: Row, start: vec3<f32>, way: vec3<f32>) -> f32 {
     let whole = vec2<f32>(0.0, 1.0);
     if row.falloff > 0.0 {
-        let below = within(start.y, way.y, -FAR, row.low_m, whole);
-        let above = within(start.y, way.y, row.low_m, FAR, whole);
+        let below = within(start.y, way.y, -vertical::FAR, row.low_m, whole);
+        let above = within(start.y, way.y, row.low_m, vertical::FAR, whole);
         return between(row, start, way, below, false) + between(row, start, way, above, true);
     }
     return between(row, start, way, within(start.y, way.y, row.low_m, row.high_m, whole), false);
@@ -249,10 +232,11 @@ fn in_cell(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, cell: v
     let part = (ends.y - ends.x) / parts;
     for (var k = 0.0; k < parts; k += 1.0) {
         for (var i = 0u; i < 8u; i++) {
-            var rule = WITH_EXPONENTIAL;
-            let at = ends.x + part * (k + rule[i].x);
-            let height = share(row, start.y + way.y * at);
-            sum += rule[i].y * height * value(row, cell, place + step * at);
+            // To rounding while the exponential falls by e⁴.
+            let node = num::gauss(i);
+            let at = ends.x + part * (k + node.x);
+            let height = vertical::share(profile(row), start.y + way.y * at);
+            sum += node.y * height * value(row, cell, place + step * at);
         }
     }
     return sum * part;

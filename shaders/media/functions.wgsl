@@ -31,17 +31,6 @@ const BOUNDED_TOO: f32 = 6.0;
 const EDGES: u32 = 6u;
 /// Turns of a loop that every driver makes.
 const TURNS: u32 = 50000u;
-/// Abscissae and weights of a rule on [0, 1] that is exact to the fifteenth power.
-const RULE: array<vec2<f32>, 8> = array<vec2<f32>, 8>(
-    vec2<f32>(0.0198550718, 0.0506142681),
-    vec2<f32>(0.101666761, 0.111190517),
-    vec2<f32>(0.237233795, 0.156853323),
-    vec2<f32>(0.408282679, 0.181341892),
-    vec2<f32>(0.591717321, 0.181341892),
-    vec2<f32>(0.762766205, 0.156853323),
-    vec2<f32>(0.898333239, 0.111190517),
-    vec2<f32>(0.980144928, 0.0506142681),
-);
 
 fn kind_of(row: Row) -> f32 {
     return row.at[11];
@@ -195,8 +184,7 @@ fn in_periods(row: Row, start: f32, end: f32, power: u32) -> f32 {
 fn between(row: Row, start: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> f32 {
     var sum = 0.0;
     for (var i = 0u; i < 8u; i++) {
-        var rule = RULE;
-        let node = rule[i];
+        let node = num::gauss(i);
         sum += node.y * monomial(row, start + way * mix(ends.x, ends.y, node.x));
     }
     return sum;

@@ -8,6 +8,7 @@
 #define_import_path fogbank::media::homogeneous
 
 #import fogbank::num
+#import fogbank::media::vertical
 
 /// A row as the host writes it; heights from the camera.
 struct Row {
@@ -23,12 +24,10 @@ struct Row {
 
 /// Ray parameters at which β jumps or kinks, of one row.
 const EDGES: u32 = 2u;
-/// Higher than any end that is one.
-const FAR: f32 = 1e38;
 
 /// β at a point, from the camera [1/m].
 fn extinction(row: Row, point: vec3<f32>) -> f32 {
-    return row.extinction * share(row, point.y);
+    return row.extinction * vertical::share(profile(row), point.y);
 }
 
 /// The mean of β between two points [1/m].
@@ -42,7 +41,7 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     if row.falloff > 0.0 {
         let turn = max(min(high, row.low_m), low);
         let above = high - turn;
-        sum = turn - low + above * share(row, turn) * falling_mean(above * row.falloff);
+        sum = turn - low + above * vertical::share(profile(row), turn) * falling_mean(above * row.falloff);
     }
     return row.extinction * sum / (high - low);
 }
@@ -54,27 +53,17 @@ fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
 
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
-    let is_uniform = row.low_m < -FAR && row.high_m > FAR;
+    let is_uniform = row.low_m < -vertical::FAR && row.high_m > vertical::FAR;
     return vec2<f32>(select(0.0, row.extinction, is_uniform), row.extinction);
 }
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].
 fn edge(row: Row, which: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let height = select(row.low_m, row.high_m, which == 1u);
-    let rise = height - origin.y;
-    // Also for a level ray, whose quotient would be no number.
-    if abs(height) > FAR || abs(direction.y) * FAR <= abs(rise) {
-        return -1.0;
-    }
-    return rise / direction.y;
+    return vertical::edge(profile(row), which, origin.y, direction.y);
 }
 
-/// The share of the extinction at a height.
-fn share(row: Row, y: f32) -> f32 {
-    if row.falloff > 0.0 {
-        return num::exp_bounded(-max(y - row.low_m, 0.0) * row.falloff);
-    }
-    return select(0.0, 1.0, row.low_m <= y && y <= row.high_m);
+fn profile(row: Row) -> vertical::Profile {
+    return vertical::Profile(row.low_m, row.high_m, row.falloff);
 }
 
 /// (1 − e^(−x))/x: the mean of e^(−x) from 0 on.

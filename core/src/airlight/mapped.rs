@@ -348,8 +348,9 @@ fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
     let probes = Probes::new(from, to, path.dense(), &path.to_light);
     let monitor = probes.at.map(|t| path.scattered(phase, t).0.sqrt());
     let map = Map::new(phase, from, to, path.to_light, &probes, &monitor);
+    let by_masses = || massed::airlight(path, phase, [from, to], |q| map.solve(q).0);
     if massed::is_needed(path, from, to) {
-        return massed::airlight(path, phase, &map, [from, to]);
+        return by_masses();
     }
     // What the lumps alone remove is known; a rule that misses it has not seen them all.
     let (before, behind) = (path.depth_of_lumps(from), path.depth_of_lumps(to));
@@ -370,5 +371,5 @@ fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
         }
     }
     // The masses of so many lumps are as good as the last rule at best; of waves and cells they are better.
-    if path.is_rippled() { massed::airlight(path, phase, &map, [from, to]) } else { coarse }
+    if path.is_rippled() { by_masses() } else { coarse }
 }

@@ -4,7 +4,6 @@
 //! the integrand is smooth: T to the light, the phase function, and 1/d², whose own integral is an angle. So the
 //! ray is cut where the map of [`mapped`](super::mapped) has even steps, and each part scatters what it removes.
 
-use super::mapped::Map;
 use super::path::Path;
 use crate::phase::PhaseFunction;
 
@@ -19,12 +18,17 @@ pub fn is_needed(path: &Path, from: f64, to: f64) -> bool {
     path.is_rippled() && to - from > TOLD * path.finest_m(from, to)
 }
 
-/// L_a per unit of ω·I₀ [1/m²] of a section that a map spreads.
-pub fn airlight(path: &Path, phase: PhaseFunction, map: &Map, [from, to]: [f64; 2]) -> f64 {
+/// L_a per unit of ω·I₀ [1/m²] of a section, given where even shares of its map lie.
+pub fn airlight(
+    path: &Path,
+    phase: PhaseFunction,
+    [from, to]: [f64; 2],
+    at: impl Fn(f64) -> f64,
+) -> f64 {
     let place = |i: u32| match i {
         0 => from,
         PARTS => to,
-        _ => map.solve(f64::from(i) / f64::from(PARTS)).0.clamp(from, to),
+        _ => at(f64::from(i) / f64::from(PARTS)).clamp(from, to),
     };
     let mut before = Place::new(path, from);
     let mut sum = 0.0;

@@ -101,7 +101,7 @@ impl Shading {
     pub fn new(context: &Context, traced: &Arc<Traced>, lamp: usize) -> Self {
         let lamp = &context.lamps[lamp];
         let mut light = Light::new(lamp);
-        light.table = light.table.filter(|_| context.interpolates() && context.is_for_the_eye());
+        light.table = light.table.filter(|_| context.looks_up_lights());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
         let (is_low, is_clear) = (context.is_low(), context.is_clear);
         Self { traced, field, is_low, is_clear, lamp: light }

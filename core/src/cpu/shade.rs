@@ -27,9 +27,7 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
     if is_unlit || field.lumps() == 0 || job.progress.is_over() {
         return depth;
     }
-    if let Some(table) =
-        lamp.table.as_ref().as_ref().filter(|_| context.interpolates() && context.is_for_the_eye())
-    {
+    if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| context.looks_up_lights()) {
         dispatch!(job.level, simd => add_tabled(simd, table, &ways, &mut depth));
         return depth;
     }

@@ -152,6 +152,11 @@ impl<'a> Context<'a> {
         on_grid && self.is_mapped() && !self.scatters.is_empty()
     }
 
+    /// Whether surfaces look T from lamps up in the lamps' tables.
+    pub fn looks_up_lights(&self) -> bool {
+        self.interpolates() && self.is_for_the_eye()
+    }
+
     /// Whether a draft computes fog for some of its pixels only.
     pub fn is_low(&self) -> bool {
         self.view.quality == Quality::Draft

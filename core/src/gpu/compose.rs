@@ -93,6 +93,7 @@ const MODULES: &[(&str, &str)] = &sources![
     "screen",
     "sparse",
     "bundle",
+    "media/vertical",
     "media/homogeneous",
     "media/functions",
     "media/fogmap",
@@ -212,10 +213,15 @@ pub fn of_tonemap(tonemap: Tonemap) -> &'static [&'static str] {
 
 /// The names by which passes know the media in closed form that are there; the even haze always is.
 pub fn of_media(field: &Field) -> Vec<&'static str> {
-    let by_group: Vec<_> =
-        field.groups().iter().map(|media| media.shaded(DVec3::ZERO, &mut Vec::new())).collect();
-    let is_there = |i: &usize| *i == 0 || by_group.iter().any(|media| !media[*i].rows.is_empty());
-    (0..by_group[0].len()).filter(is_there).map(|i| by_group[0][i].define).collect()
+    let mut names = MEDIA[0].clone();
+    for (name, _) in field.groups().iter().flat_map(Media::in_shaders).filter(|(_, there)| *there) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    // The same media are the same pipeline, whatever group they are in.
+    names.sort_unstable();
+    names
 }
 
 /// What a pass may be put together with: one choice of every list.
@@ -254,15 +260,13 @@ fn of_its_own(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
 
 /// All sets of media in closed form, the even haze in each.
 static MEDIA: LazyLock<Vec<Vec<&'static str>>> = LazyLock::new(|| {
-    let names: Vec<_> = Media::default()
-        .shaded(DVec3::ZERO, &mut Vec::new())
-        .iter()
-        .map(|own| own.define)
-        .collect();
+    let names: Vec<_> = Media::default().in_shaders().map(|(name, _)| name).collect();
     let more = names.len() - 1;
     let set = |bits: usize| {
         let is_in = |i: &usize| *i == 0 || bits >> (i - 1) & 1 == 1;
-        (0..names.len()).filter(is_in).map(|i| names[i]).collect()
+        let mut set: Vec<_> = (0..names.len()).filter(is_in).map(|i| names[i]).collect();
+        set.sort_unstable();
+        set
     };
     (0..1 << more).map(set).collect()
 });

@@ -65,9 +65,9 @@ pub trait Closed: Clone + Debug + Send + Sync + 'static {
     /// β [1/m] if it is the same everywhere.
     fn uniform(&self) -> Option<f64>;
 
-    /// Appends ray parameters at which β, or its slope, jumps [m]: always as many, in the same order. What a
-    /// ray does not pass lies behind its start.
-    fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>);
+    /// Tells ray parameters at which β, or its slope, jumps [m]: always as many, in the same order. What a ray does
+    /// not pass lies behind its start.
+    fn jumps(&self, start: DVec3, direction: DVec3, edge: &mut dyn FnMut(f64));
 
     /// From where to where there is any of it on a ray from the origin [m].
     fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)>;
@@ -82,9 +82,9 @@ pub trait Closed: Clone + Debug + Send + Sync + 'static {
         f64::INFINITY
     }
 
-    /// Appends further ray parameters at which it jumps or kinks on a ray from the origin [m]: those that are too
-    /// many for pictures.
-    fn borders(&self, _direction: DVec3, _length_m: f64, _edges: &mut Vec<f64>) {}
+    /// Tells further ray parameters at which it jumps or kinks on a ray from the origin [m]: those that are too many
+    /// for pictures.
+    fn borders(&self, _direction: DVec3, _length_m: f64, _edge: &mut dyn FnMut(f64)) {}
 
     /// What its shader reads, seen from the camera; what has no fixed length goes to a list of numbers.
     fn words(&self, numbers: &mut Vec<f32>) -> Vec<Words>;
@@ -135,6 +135,10 @@ impl<C: Closed> Medium for C {
 
     fn least(&self, length_m: f64) -> f64 {
         self.least_beta().max(0.0) * length_m
+    }
+
+    fn is_in_shaders(&self) -> bool {
+        true
     }
 
     fn rows(&self, camera: DVec3, numbers: &mut Vec<f32>) -> Option<Vec<Words>> {
@@ -220,8 +224,8 @@ impl<C: Closed> Along for OnRay<C> {
 
     fn edges(&self) -> Vec<f64> {
         let mut edges = Vec::new();
-        self.medium.jumps(DVec3::ZERO, self.direction, &mut edges);
-        self.medium.borders(self.direction, self.length_m, &mut edges);
+        self.medium.jumps(DVec3::ZERO, self.direction, &mut |t| edges.push(t));
+        self.medium.borders(self.direction, self.length_m, &mut |t| edges.push(t));
         edges
     }
 }
@@ -262,9 +266,7 @@ impl<C: Closed> Smooth for C {
     }
 
     fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {
-        let mut own = Vec::new();
-        self.jumps(start.as_dvec3(), direction.as_dvec3(), &mut own);
-        edges.extend(own.into_iter().map(|t| t as f32));
+        self.jumps(start.as_dvec3(), direction.as_dvec3(), &mut |t| edges.push(t as f32));
     }
 }
 
@@ -326,6 +328,13 @@ impl<C: Closed> OnRays for OnSixteen<C> {
         }
         each
     }
+}
+
+/// The hull of some intervals.
+pub fn hull<N: PartialOrd + Copy>(spans: impl Iterator<Item = (N, N)>) -> Option<(N, N)> {
+    let lower = |a: N, b: N| if b < a { b } else { a };
+    let upper = |a: N, b: N| if b > a { b } else { a };
+    spans.reduce(|a, b| (lower(a.0, b.0), upper(a.1, b.1)))
 }
 
 /// Where a ray passes a plane that it moves away from by `climb` a metre and that lies `ahead` of its start

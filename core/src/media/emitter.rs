@@ -5,10 +5,11 @@
 //! since; its radius is radius · (1 + growth · f) and its extinction falls as 1 − f.
 
 use super::gaussians::{Blob, Blobs, Gaussians};
-use super::{Common, Moment, Term, TermKind};
+use super::{Moment, Term, TermKind};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Spectrum, Vec3};
 use crate::phase::Phase;
+use crate::random::lattice;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -116,22 +117,13 @@ impl Emitter {
     fn velocity_of(&self, k: i64) -> DVec3 {
         let velocity = DVec3::from(self.velocity);
         let Some(axis) = velocity.try_normalize() else { return velocity };
-        let [height, turn] = [0, 1].map(|i| random(self.seed, k, i));
+        let [height, turn] = [0, 1].map(|i| lattice(k, i, self.seed.into()));
         let cos = 1.0 - height * (1.0 - self.spread_deg.to_radians().cos());
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let (across, up) = axis.any_orthonormal_pair();
         let (side, other) = (TAU * turn).sin_cos();
         velocity.length() * (cos * axis + sin * (other * across + side * up))
     }
-}
-
-/// A number from 0 to 1 for every seed, particle and purpose (SplitMix64).
-fn random(seed: u32, k: i64, purpose: u64) -> f64 {
-    let key = (k as u64).wrapping_mul(2).wrapping_add(purpose) ^ u64::from(seed) << 32;
-    let a = key.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let b = (a ^ (a >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let c = (b ^ (b >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((c ^ (c >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 impl TermKind for Emitter {
@@ -146,16 +138,6 @@ impl TermKind for Emitter {
 
     fn what(&self) -> &'static str {
         "an emitter"
-    }
-
-    fn common(&self) -> Common<'_> {
-        Common {
-            id: self.id.as_deref(),
-            enabled: self.enabled,
-            albedo: self.albedo,
-            phase: self.phase.as_ref(),
-            wind_response: self.wind_response,
-        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {

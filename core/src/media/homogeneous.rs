@@ -3,8 +3,8 @@
 //! ([`Profile`]).
 
 use super::vertical::{Profile, Uniform, Vertical};
-use super::closed::{Closed, crossing};
-use super::{Common, Moment, TermKind, Words};
+use super::closed::{Closed, crossing, hull};
+use super::{Moment, TermKind, Words};
 use crate::json::{Albedo, Checker, Code, Spectrum, limits};
 use crate::num::Num;
 use crate::phase::Phase;
@@ -120,16 +120,6 @@ impl TermKind for Homogeneous {
         }
     }
 
-    fn common(&self) -> Common<'_> {
-        Common {
-            id: self.id.as_deref(),
-            enabled: self.enabled,
-            albedo: self.albedo,
-            phase: self.phase.as_ref(),
-            wind_response: self.wind_response,
-        }
-    }
-
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
         if let Some(extinction) = self.extinction {
             check.spectrum(extinction, limits::EXTINCTION, || at("extinction"));
@@ -239,9 +229,9 @@ impl Closed for Haze {
         self.layers.is_empty().then_some(self.uniform)
     }
 
-    fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>) {
+    fn jumps(&self, start: DVec3, direction: DVec3, edge: &mut dyn FnMut(f64)) {
         let heights = self.layers.iter().flat_map(|layer| layer.profile.edges());
-        edges.extend(heights.map(|height| crossing(height - start.y, direction.y)));
+        heights.for_each(|height| edge(crossing(height - start.y, direction.y)));
     }
 
     fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
@@ -249,8 +239,7 @@ impl Closed for Haze {
             return Some((0.0, length_m));
         }
         let span = |layer: &Layer| layer.profile.span(direction.y, length_m);
-        let spans = self.layers.iter().filter_map(span);
-        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        hull(self.layers.iter().filter_map(span))
     }
 
     fn words(&self, _numbers: &mut Vec<f32>) -> Vec<Words> {

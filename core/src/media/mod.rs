@@ -12,6 +12,7 @@ mod moment;
 mod outline;
 pub mod sign;
 mod sum;
+mod toward;
 pub mod vertical;
 
 pub use groups::{Bands, Scattering, in_channels, scatterings};
@@ -50,7 +51,15 @@ macro_rules! media {
 
             /// What every term says besides what it is.
             pub fn common(&self) -> Common<'_> {
-                match self { $(Self::$Kind(term) => term.common()),* }
+                match self {
+                    $(Self::$Kind(term) => Common {
+                        id: term.id.as_deref(),
+                        enabled: term.enabled,
+                        albedo: term.albedo,
+                        phase: term.phase.as_ref(),
+                        wind_response: term.wind_response,
+                    }),*
+                }
             }
 
             /// Looks at all of its numbers; `at` names its members. No ray of a picture is longer than `far_m`.
@@ -113,6 +122,17 @@ macro_rules! media {
                 Self { $($stem),* }
             }
 
+            /// The names by which passes know those that stand in closed form in `shaders/media/`, and whether each is
+            /// there.
+            pub fn in_shaders(&self) -> impl Iterator<Item = (&'static str, bool)> {
+                let all = [$((
+                    concat!("MEDIUM_", stringify!($stem)),
+                    self.$stem.is_in_shaders(),
+                    !self.$stem.is_empty(),
+                )),*];
+                all.into_iter().filter_map(|(name, shaded, there)| shaded.then_some((name, there)))
+            }
+
             /// Those that stand in closed form in `shaders/media/`; `numbers` is the list that they share.
             pub fn shaded(&self, camera: DVec3, numbers: &mut Vec<f32>) -> Vec<Shaded> {
                 let shaded = [$(self.$stem.rows(camera, numbers).map(|rows| Shaded {
@@ -172,9 +192,6 @@ pub trait TermKind {
 
     /// What it is, in a few words: for whoever cannot take it.
     fn what(&self) -> &'static str;
-
-    /// What it says besides what it is.
-    fn common(&self) -> Common<'_>;
 
     /// Looks at all of its numbers; `at` names its members. No ray of a picture is longer than `far_m`.
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, far_m: f64);
@@ -293,6 +310,11 @@ pub trait Medium: Debug + Send + Sync {
     /// What a table of T around a light must resolve of its lumps.
     fn outline(&self, _apex: DVec3) -> Outline {
         Outline::default()
+    }
+
+    /// Whether its shader sums it up in closed form.
+    fn is_in_shaders(&self) -> bool {
+        false
     }
 
     /// What its shader reads, relative to a camera, if that sums it up in closed form: rows of as many

@@ -6,7 +6,7 @@
 use super::closed::Closed;
 use super::functions::{Families, Functions, Member};
 use super::homogeneous::Haze;
-use super::{Field, Media, Medium, Moment, Term, Wind};
+use super::{Bands, Field, Media, Medium, Moment, Term, Wind};
 use glam::DVec3;
 
 /// What rounding may take from a sum of terms, as a share of their sizes.
@@ -31,15 +31,25 @@ pub struct Negative {
 
 /// A place where the field of some terms in a wind is negative, if one is found.
 pub fn negative(terms: &[Term], wind: &Wind) -> Option<Negative> {
-    let enabled: Vec<_> = terms.iter().filter(|term| term.common().enabled).collect();
-    let functions: Vec<_> = enabled.iter().filter_map(|term| functions(term)).collect();
-    let channels = functions.first().map_or(0..0, |_| 0..3);
-    let mut doubtful = channels.filter(|channel| !is_proven(&enabled, &functions, *channel));
-    let moves =
-        !wind.is_calm() || functions.iter().any(|term| term.members.iter().any(Member::morphs));
-    doubtful.find_map(|channel| {
-        let times = if moves { TIMES } else { 1 };
-        (0..times).find_map(|i| search(terms, &functions, channel, wind, i))
+    let enabled = terms.iter().filter(|term| term.common().enabled);
+    // What may be below 0, and what may make up for it everywhere.
+    let (doubtful, even): (Vec<_>, Vec<_>) = enabled
+        .filter(|term| matches!(term, Term::Functions(_) | Term::Homogeneous(_)))
+        .partition(|term| matches!(term, Term::Functions(_)));
+    let functions: Vec<_> = doubtful.iter().filter_map(|term| functions(term)).collect();
+    if functions.is_empty() {
+        return None;
+    }
+    let members = || functions.iter().flat_map(|term| &term.members);
+    let moves = !wind.is_calm() || members().any(Member::morphs);
+    let times = if moves { TIMES } else { 1 };
+    (0..Bands::count(terms)).find_map(|channel| {
+        let haze = Media::new(&even, channel, &Moment::default()).homogeneous;
+        if is_proven(&haze, &functions, channel) {
+            return None;
+        }
+        let both = [&*doubtful, &*even].concat();
+        (0..times).find_map(|i| search((terms, &both), &functions, channel, wind, i))
     })
 }
 
@@ -51,10 +61,8 @@ fn functions<'a>(term: &'a &Term) -> Option<&'a Functions> {
 }
 
 /// Whether a channel's field is at least 0 by what its members take away at most.
-fn is_proven(enabled: &[&Term], functions: &[&Functions], channel: usize) -> bool {
-    let still = Moment::default();
-    let everywhere = Media::new(enabled, channel, &still).homogeneous.least_beta();
-    let (mut sum, mut size) = (everywhere, everywhere);
+fn is_proven(haze: &Haze, functions: &[&Functions], channel: usize) -> bool {
+    let (mut sum, mut size) = (haze.least_beta(), haze.least_beta());
     for term in functions {
         let scale = term.scale.channels()[channel];
         for least in term.members.iter().map(Member::least) {
@@ -66,7 +74,7 @@ fn is_proven(enabled: &[&Term], functions: &[&Functions], channel: usize) -> boo
 
 /// Looks at one of several times.
 fn search(
-    terms: &[Term],
+    (all, terms): (&[Term], &[&Term]),
     functions: &[&Functions],
     channel: usize,
     wind: &Wind,
@@ -76,8 +84,7 @@ fn search(
     let longest = members().filter_map(Member::period_s).fold(60.0, f64::max);
     let time_s = longest * halton(which, 2);
     let moment = Moment { time_s, wind: wind.clone() };
-    let enabled: Vec<_> = terms.iter().filter(|term| term.common().enabled).collect();
-    let media = Media::new(&enabled, channel, &moment);
+    let media = Media::new(terms, channel, &moment);
     let sum = Sum { haze: &media.homogeneous, families: &media.functions };
     let scales: Vec<_> = members().map(Member::scale).collect();
     let start = |i: usize| {
@@ -92,11 +99,16 @@ fn search(
     starts.sort_by(|a, b| sum.at(a.0).total_cmp(&sum.at(b.0)));
     let ends = starts.into_iter().take(FOLLOWED).map(|(point, length)| sum.downhill(point, length));
     let below = ends.filter(|point| sum.at(*point) < 0.0);
+    let below: Vec<_> = below.collect();
+    if below.is_empty() {
+        return None;
+    }
     // Other media may make up for it.
-    let field = Field::new(terms, channel, &moment);
+    let field = Field::new(all, channel, &moment);
     let tolerance = -ROUNDING * (sum.families.most_beta() - sum.families.least_beta());
-    let found = below.map(|point| Negative { point, time_s, beta: field.beta(point) });
-    found.into_iter().find(|found| found.beta < tolerance)
+    let mut found =
+        below.into_iter().map(|point| Negative { point, time_s, beta: field.beta(point) });
+    found.find(|found| found.beta < tolerance)
 }
 
 /// What may be below 0, and what may make up for it everywhere.

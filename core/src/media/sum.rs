@@ -1,5 +1,6 @@
 //! The sum of all media: what callers see as one.
 
+use super::closed::hull;
 use super::groups::groups;
 use super::{
     Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
@@ -29,13 +30,6 @@ pub struct Sum<T: ?Sized>(Vec<(usize, Box<T>)>);
 /// Σ, which is never −0.
 fn total(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |a, b| a + b)
-}
-
-/// The hull of some intervals.
-fn hull<N: PartialOrd + Copy>(spans: impl Iterator<Item = (N, N)>) -> Option<(N, N)> {
-    let lower = |a: N, b: N| if b < a { b } else { a };
-    let upper = |a: N, b: N| if b > a { b } else { a };
-    spans.reduce(|a, b| (lower(a.0, b.0), upper(a.1, b.1)))
 }
 
 impl Field {

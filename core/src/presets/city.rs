@@ -2,8 +2,8 @@
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, rod};
-use super::random::Random;
 use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use crate::random::Random;
 use crate::scene::{Blob, Fog, Light, Rgb, Scene, Surface};
 use glam::{DVec2, DVec3};
 

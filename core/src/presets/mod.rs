@@ -3,7 +3,6 @@
 
 mod city;
 mod geometry;
-mod random;
 mod room;
 mod stage;
 mod street;

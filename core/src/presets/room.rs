@@ -2,10 +2,10 @@
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, along, bezier, lathe, lathe_with, rod, spline, tube};
-use super::random::Random;
 use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
 use super::street::vase;
 use super::vessel::vessel;
+use crate::random::Random;
 use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::TAU;

@@ -2,10 +2,10 @@
 
 use super::Preset;
 use super::geometry::MeshBuilder;
-use super::random::{Random, value_noise};
 use super::stage::{
     blob, camera, gaussians, glossy, glowing, homogeneous, lamp, matte, mesh, round_to,
 };
+use crate::random::{Random, value_noise};
 use crate::scene::{Blob, Fog, Heightfield, Rgb, Scene, Shape, Surface, Vec3};
 use glam::DVec3;
 

@@ -2,8 +2,8 @@
 
 use super::Preset;
 use super::geometry::{MeshBuilder, along, ball, bezier, lathe, lathe_with, spline, tube};
-use super::random::Random;
 use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use crate::random::Random;
 use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;

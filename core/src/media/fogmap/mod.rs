@@ -7,9 +7,9 @@
 mod plane;
 mod wavelet;
 
-use super::closed::{Closed, crossing};
+use super::closed::{Closed, crossing, hull};
 use super::vertical::{Profile, Uniform, Vertical};
-use super::{Common, Moment, TermKind, Words};
+use super::{Moment, TermKind, Words};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, bounded};
 use crate::num::Num;
@@ -148,16 +148,6 @@ impl TermKind for Fogmap {
 
     fn what(&self) -> &'static str {
         "a fogmap"
-    }
-
-    fn common(&self) -> Common<'_> {
-        Common {
-            id: self.id.as_deref(),
-            enabled: self.enabled,
-            albedo: self.albedo,
-            phase: self.phase.as_ref(),
-            wind_response: self.wind_response,
-        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
@@ -366,23 +356,22 @@ impl Closed for Fogmaps {
         self.is_nothing().then_some(0.0)
     }
 
-    fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>) {
+    fn jumps(&self, start: DVec3, direction: DVec3, edge: &mut dyn FnMut(f64)) {
         let heights = self.0.iter().flat_map(|map| map.profile.edges());
-        edges.extend(heights.map(|height| crossing(height - start.y, direction.y)));
+        heights.for_each(|height| edge(crossing(height - start.y, direction.y)));
     }
 
-    fn borders(&self, direction: DVec3, _length_m: f64, edges: &mut Vec<f64>) {
+    fn borders(&self, direction: DVec3, _length_m: f64, edge: &mut dyn FnMut(f64)) {
         /// Of more cells the masses are summed up anyway.
         const MOST: usize = 1024;
         for map in self.0.iter().filter(|map| map.whole.cells().iter().sum::<usize>() < MOST) {
-            edges.extend(map.sides(0).map(|x| crossing(x, direction.x)));
-            edges.extend(map.sides(1).map(|z| crossing(z, direction.z)));
+            map.sides(0).for_each(|x| edge(crossing(x, direction.x)));
+            map.sides(1).for_each(|z| edge(crossing(z, direction.z)));
         }
     }
 
     fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
-        let spans = self.0.iter().filter_map(|map| map.extent(direction, length_m));
-        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        hull(self.0.iter().filter_map(|map| map.extent(direction, length_m)))
     }
 
     fn is_rippled(&self) -> bool {

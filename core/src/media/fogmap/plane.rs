@@ -9,32 +9,23 @@
 use super::wavelet::Grid;
 use crate::media::vertical::Profile;
 use crate::num::Num;
+use crate::quadrature::gauss_legendre;
 use crate::vector::V3;
+use std::sync::LazyLock;
 
 /// Cells along the side of a square that is skipped as one.
 const SQUARE: usize = 16;
 
-/// Gauss rules on [0, 1] that integrate the polynomials of a degree along a way exactly.
-const RULES: [&[(f64, f64)]; 3] = [
-    &[(0.5, 1.0)],
-    &[(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)],
-    &[
-        (0.112_701_665_379_258_31, 0.277_777_777_777_777_8),
-        (0.5, 0.444_444_444_444_444_4),
-        (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
-    ],
-];
-/// With an exponential as a factor: to rounding while that falls by e⁴.
-const WITH_EXPONENTIAL: [(f64, f64); 8] = [
-    (0.019_855_071_751_231_884, 0.050_614_268_145_188_13),
-    (0.101_666_761_293_186_64, 0.111_190_517_226_687_24),
-    (0.237_233_795_041_835_5, 0.156_853_322_938_943_63),
-    (0.408_282_678_752_175_1, 0.181_341_891_689_180_97),
-    (0.591_717_321_247_824_8, 0.181_341_891_689_180_97),
-    (0.762_766_204_958_164_5, 0.156_853_322_938_943_63),
-    (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
-    (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
-];
+/// Gauss rules on [0, 1] that integrate the polynomials of each degree along a way exactly, and one for such with an
+/// exponential as a factor: to rounding while that falls by e⁴.
+static RULES: LazyLock<[Vec<(f64, f64)>; 4]> = LazyLock::new(|| {
+    [1, 2, 3, 8].map(|count| {
+        let (nodes, weights) = gauss_legendre(count);
+        nodes.into_iter().zip(weights).collect()
+    })
+});
+/// Which of them is the last.
+const WITH_EXPONENTIAL: usize = 3;
 
 /// A plane of B-splines, in cells from its first coefficient on.
 #[derive(Debug, PartialEq)]
@@ -283,7 +274,7 @@ impl Cell {
         falls: Option<[f64; 2]>,
     ) -> N {
         let Some([base, falloff]) = falls else {
-            return self.by_rule(way, [from, to], corner, RULES[self.degree], None);
+            return self.by_rule(way, [from, to], corner, &RULES[self.degree], None);
         };
         /// Exponents behind which nothing is left, and what a rule takes.
         const GONE: f64 = 40.0;
@@ -302,7 +293,7 @@ impl Cell {
         while i < parts {
             let here = step.mul_add(zero.lit(i), begin);
             let ends = [here, here + step];
-            sum += self.by_rule(way, ends, corner, &WITH_EXPONENTIAL, Some([base, falloff]));
+            sum += self.by_rule(way, ends, corner, &RULES[WITH_EXPONENTIAL], Some([base, falloff]));
             i += 1.0;
         }
         sum

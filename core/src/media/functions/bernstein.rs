@@ -1,7 +1,7 @@
 //! How far a polynomial falls on the unit cube: the least of its coefficients in Bernstein's basis is a bound from
 //! below, and the closer the smaller the part of the cube.
 
-use super::polynomial::Monomial;
+use super::monomial::Monomial;
 
 /// A bound of a polynomial on the unit cube from below, near its least value: the least of its coefficients
 /// in Bernstein's basis, of halves of the cube where that helps.

@@ -2,7 +2,8 @@
 //! to b the integral is L c cos(k · (a + b)/2 + φ) sin(w)/w, w = k · (b − a)/2, which is eq. 8 with its missing
 //! factor (the derivative of the phase along the ray).
 
-use super::member::{Toward, member};
+use super::member::member;
+use crate::media::toward::Toward;
 use crate::json::{Checker, limits};
 use crate::media::Words;
 use crate::num::Num;
@@ -19,7 +20,7 @@ pub struct WaveVector(
 
 impl Toward for WaveVector {
     fn toward(&self, other: &Self, share: f64) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k].toward(&other.0[k], share)))
+        Self(self.0.toward(&other.0, share))
     }
 }
 
@@ -43,15 +44,6 @@ impl CosineParameters {
         check.number(self.amplitude, limits::SIGNED_EXTINCTION, || at("amplitude"));
         check.triple(self.wave_vector.0, limits::WAVE_VECTOR, || at("wave_vector"));
         check.number(self.phase_rad, limits::PHASE, || at("phase_rad"));
-    }
-
-    /// A bound that it never falls below [1/m].
-    pub fn least(&self) -> f64 {
-        if self.wave_vector.0 == [0.0; 3] {
-            self.amplitude * self.phase_rad.cos()
-        } else {
-            -self.amplitude.abs()
-        }
     }
 }
 

@@ -8,7 +8,8 @@
 //! the integral outside is Im(z Λ/S)/(d √(c/d)), S² = z² − m² and Λ the difference between both ends of
 //! ln((1 − (z + S) t)/(1 − (z − S) t)).
 
-use super::member::{Toward, member};
+use super::member::member;
+use crate::media::toward::Toward;
 use crate::json::tagged::tagged;
 use crate::json::{Checker, Vec3, limits};
 use crate::media::Words;
@@ -134,11 +135,6 @@ impl EquipotentialParameters {
         check.number(self.strength, limits::SIGNED_EXTINCTION, || at("strength"));
         check.number(self.c, limits::DIVISOR, || at("c"));
         check.number(self.d, limits::DIVISOR_GROWTH, || at("d"));
-    }
-
-    /// A bound that it never falls below [1/m].
-    pub fn least(&self) -> f64 {
-        (self.strength / self.c).min(0.0)
     }
 }
 

@@ -1,7 +1,5 @@
 //! What members of a family have in common: parameters that may turn into others and back.
 
-use crate::json::Vec3;
-
 /// Declares a kind of member: its parameters, the same as a morph's target, and what they are at a time.
 macro_rules! member {
     (
@@ -66,7 +64,7 @@ macro_rules! member {
                 let own = self.own();
                 let Some(morph) = &self.morph else { return own };
                 let share = $crate::media::functions::member::there_and_back(time_s / morph.period_s);
-                $Parameters { $($field: own.$field.toward(&morph.to.$field, share)),* }
+                $Parameters { $($field: $crate::media::toward::Toward::toward(&own.$field, &morph.to.$field, share)),* }
             }
         }
     };
@@ -76,23 +74,4 @@ pub(super) use member;
 /// From 0 to 1 and back, once while its argument grows by 1.
 pub fn there_and_back(turns: f64) -> f64 {
     1.0 - (1.0 - 2.0 * (turns - turns.floor())).abs()
-}
-
-/// What lies between two values, in a straight line.
-pub trait Toward {
-    /// At that share of the way to another.
-    #[must_use]
-    fn toward(&self, other: &Self, share: f64) -> Self;
-}
-
-impl Toward for f64 {
-    fn toward(&self, other: &f64, share: f64) -> f64 {
-        (1.0 - share) * self + share * other
-    }
-}
-
-impl Toward for Vec3 {
-    fn toward(&self, other: &Self, share: f64) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k].toward(&other.0[k], share)))
-    }
 }

@@ -5,6 +5,7 @@ mod bernstein;
 mod cosine;
 mod equipotential;
 mod member;
+mod monomial;
 mod polynomial;
 
 pub use cosine::{Cosine, CosineMorph, CosineParameters, WaveVector};
@@ -12,12 +13,11 @@ pub use equipotential::{
     Equipotential, EquipotentialMorph, EquipotentialParameters, LineObject, Object, PointObject,
     SphereObject,
 };
-pub use polynomial::{
-    Monomial, Monomials, Periods, Polynomial, PolynomialMorph, PolynomialParameters,
-};
+pub use monomial::{Monomial, Monomials};
+pub use polynomial::{Periods, Polynomial, PolynomialMorph, PolynomialParameters};
 
-use super::closed::Closed;
-use super::{Common, Moment, TermKind, Words};
+use super::closed::{Closed, hull};
+use super::{Moment, TermKind, Words};
 use crate::json::limits::{self, COUNTS};
 use crate::json::tagged::tagged;
 use crate::json::{Albedo, Checker, Code, Spectrum, bounded};
@@ -146,17 +146,28 @@ impl Member {
     pub fn least(&self) -> f64 {
         match self {
             Self::Cosine(own) => {
-                let to = own.morph.as_ref().map(|morph| &morph.to);
-                of_wave(&own.own(), to)
+                let least = |wave: &CosineParameters| Wave::new(wave, 1.0).bounds()[0];
+                let (from, to) = (own.own(), own.morph.as_ref().map(|morph| &morph.to));
+                let Some(to) = to else { return least(&from) };
+                // A wave has its amplitude's opposite somewhere; a constant is what it is.
+                let constant = [&from, to].iter().all(|wave| wave.wave_vector.0 == [0.0; 3]);
+                if constant && from.phase_rad == to.phase_rad {
+                    least(&from).min(least(to))
+                } else {
+                    -from.amplitude.abs().max(to.amplitude.abs())
+                }
             }
             // What lies between two functions is nowhere below the lower of them.
             Self::Polynomial(own) => {
-                let to = own.morph.as_ref().map(|morph| morph.to.least());
-                own.own().least().min(to.unwrap_or(f64::INFINITY))
+                let least = |own: &PolynomialParameters| Periodic::new(own, 1.0).bounds()[0];
+                let to = own.morph.as_ref().map_or(f64::INFINITY, |morph| least(&morph.to));
+                least(&own.own()).min(to)
             }
             Self::Equipotential(own) => {
                 let from = own.own();
-                let Some(to) = own.morph.as_ref().map(|morph| &morph.to) else { return from.least() };
+                let Some(to) = own.morph.as_ref().map(|morph| &morph.to) else {
+                    return Potential::new(&from, 1.0).bounds()[0].min(0.0);
+                };
                 from.strength.min(to.strength).min(0.0) / from.c.min(to.c)
             }
         }
@@ -181,17 +192,6 @@ impl Member {
     }
 }
 
-/// A wave has its amplitude's opposite somewhere; a constant is what it is.
-fn of_wave(from: &CosineParameters, to: Option<&CosineParameters>) -> f64 {
-    let Some(to) = to else { return from.least() };
-    let constant = [from, to].iter().all(|wave| wave.wave_vector.0 == [0.0; 3]);
-    if constant && from.phase_rad == to.phase_rad {
-        from.least().min(to.least())
-    } else {
-        -from.amplitude.abs().max(to.amplitude.abs())
-    }
-}
-
 impl TermKind for Functions {
     type Medium = Families;
 
@@ -213,16 +213,6 @@ impl TermKind for Functions {
 
     fn what(&self) -> &'static str {
         "functions"
-    }
-
-    fn common(&self) -> Common<'_> {
-        Common {
-            id: self.id.as_deref(),
-            enabled: self.enabled,
-            albedo: self.albedo,
-            phase: self.phase.as_ref(),
-            wind_response: self.wind_response,
-        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, far_m: f64) {
@@ -366,20 +356,19 @@ impl Closed for Families {
         self.is_nothing().then_some(0.0)
     }
 
-    fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>) {
-        self.polynomials.iter().for_each(|own| own.jumps(start, direction, edges));
+    fn jumps(&self, start: DVec3, direction: DVec3, edge: &mut dyn FnMut(f64)) {
+        self.polynomials.iter().for_each(|own| own.jumps(start, direction, edge));
     }
 
-    fn borders(&self, direction: DVec3, length_m: f64, edges: &mut Vec<f64>) {
-        self.polynomials.iter().for_each(|own| own.borders(direction, length_m, edges));
+    fn borders(&self, direction: DVec3, length_m: f64, edge: &mut dyn FnMut(f64)) {
+        self.polynomials.iter().for_each(|own| own.borders(direction, length_m, edge));
     }
 
     fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
         if !self.waves.is_empty() || !self.potentials.is_empty() {
             return Some((0.0, length_m));
         }
-        let spans = self.polynomials.iter().filter_map(|own| own.extent(direction, length_m));
-        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        hull(self.polynomials.iter().filter_map(|own| own.extent(direction, length_m)))
     }
 
     fn is_rippled(&self) -> bool {

@@ -6,9 +6,11 @@
 //! count as often as there are; of several, borders are passed one by one.
 
 use super::bernstein::least_of;
-use super::member::{Toward, member};
+use super::member::member;
+use super::monomial::{Monomial, Monomials};
+use crate::media::toward::Toward;
 use crate::json::limits::{self, COUNTS};
-use crate::json::{Checker, Code, bounded};
+use crate::json::{Checker, Code};
 use crate::media::Words;
 use crate::media::closed::crossing;
 use crate::num::Num;
@@ -17,41 +19,6 @@ use crate::vector::V3;
 use glam::{DVec3, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// A product of powers: coefficient · u^p v^q w^r.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Monomial {
-    /// The powers of the three variables, together at most 15.
-    #[schemars(inner(range(min = 0, max = 15)))]
-    pub powers: [u8; 3],
-    /// What the product is multiplied by [1/m].
-    #[schemars(range(min = limits::SIGNED_EXTINCTION.min, max = limits::SIGNED_EXTINCTION.max))]
-    pub coefficient: f64,
-}
-
-impl Default for Monomial {
-    fn default() -> Self {
-        Self { powers: [0; 3], coefficient: 0.1 }
-    }
-}
-
-impl Monomial {
-    /// Its mean over a period.
-    fn average(&self) -> f64 {
-        let parts = self.powers.map(|power| f64::from(power) + 1.0);
-        self.coefficient / parts.iter().product::<f64>()
-    }
-}
-
-/// A sum of products of powers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct Monomials(
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.monomials }, _, _>")]
-    #[schemars(length(max = COUNTS.monomials))]
-    pub Vec<Monomial>,
-);
 
 /// The periods along the three axes [m]; null where the member does not depend on that axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -64,16 +31,6 @@ impl Periods {
     /// Which axes have one.
     pub fn axes(self) -> [bool; 3] {
         self.0.map(|period| period.is_some())
-    }
-}
-
-impl Toward for Monomials {
-    fn toward(&self, other: &Self, share: f64) -> Self {
-        let scaled = |list: &Self, by: f64| {
-            let of = move |one: &Monomial| Monomial { coefficient: by * one.coefficient, ..*one };
-            list.0.iter().map(of).collect::<Vec<_>>()
-        };
-        Self([scaled(self, 1.0 - share), scaled(other, share)].concat())
     }
 }
 
@@ -154,12 +111,6 @@ impl PolynomialParameters {
                 check.refuse(Code::OutOfRange, || at(&format!("period_m/{axis}")), detail);
             }
         }
-    }
-
-    /// A bound that it never falls below [1/m].
-    pub fn least(&self) -> f64 {
-        let least = least_of(&self.monomials.0);
-        if self.repeat { least } else { least.min(0.0) }
     }
 }
 
@@ -252,19 +203,21 @@ impl Periodic {
     }
 
     /// Where a ray passes the planes around the only period [m].
-    pub fn jumps(&self, start: DVec3, direction: DVec3, edges: &mut Vec<f64>) {
+    pub fn jumps(&self, start: DVec3, direction: DVec3, edge: &mut dyn FnMut(f64)) {
         if self.repeat {
             return;
         }
         for (k, axis) in self.axes.iter().enumerate() {
             let Some(Axis { rate, offset }) = axis else { continue };
             let u = rate * start[k] + offset;
-            edges.extend([0.0, 1.0].map(|end| crossing((end - u) / rate, direction[k])));
+            for end in [0.0, 1.0] {
+                edge(crossing((end - u) / rate, direction[k]));
+            }
         }
     }
 
     /// Where a ray from the origin passes the borders of repeated periods, as far as those are few [m].
-    pub fn borders(&self, direction: DVec3, length_m: f64, edges: &mut Vec<f64>) {
+    pub fn borders(&self, direction: DVec3, length_m: f64, edge: &mut dyn FnMut(f64)) {
         /// More than this are passed by who sums up masses anyway.
         const MOST: f64 = 1024.0;
         for (axis, way) in self.axes.iter().zip(direction.to_array()) {
@@ -276,7 +229,7 @@ impl Periodic {
             let (low, high) = (offset.min(offset + turns), offset.max(offset + turns));
             let mut border = low.ceil();
             while border < high {
-                edges.push((border - offset) / (rate * way));
+                edge((border - offset) / (rate * way));
                 border += 1.0;
             }
         }

@@ -14,11 +14,12 @@ pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 
 use super::{
-    Along, Common, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
+    Along, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
 };
 use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
+use super::toward::Toward;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, Vec3, bounded};
 use crate::phase::Phase;
@@ -122,19 +123,14 @@ impl Blob {
         check.number(self.radius, limits::RADIUS, || at("radius"));
         check.spectrum(self.extinction, limits::EXTINCTION, || at("extinction"));
     }
+}
 
-    /// What lies on a straight line to another, at a share of the way.
+impl Toward for Blob {
     fn toward(&self, other: &Self, share: f64) -> Self {
-        let between = |a: f64, b: f64| (1.0 - share) * a + share * b;
-        let all = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| between(a[k], b[k]));
-        let extinction = match (self.extinction, other.extinction) {
-            (Spectrum::Grey(a), Spectrum::Grey(b)) => Spectrum::Grey(between(a, b)),
-            (a, b) => Spectrum::Rgb(all(a.channels(), b.channels())),
-        };
         Self {
-            center: Vec3(all(self.center.0, other.center.0)),
-            radius: between(self.radius, other.radius),
-            extinction,
+            center: self.center.toward(&other.center, share),
+            radius: self.radius.toward(&other.radius, share),
+            extinction: self.extinction.toward(&other.extinction, share),
         }
     }
 }
@@ -202,16 +198,6 @@ impl TermKind for Gaussians {
         "gaussians"
     }
 
-    fn common(&self) -> Common<'_> {
-        Common {
-            id: self.id.as_deref(),
-            enabled: self.enabled,
-            albedo: self.albedo,
-            phase: self.phase.as_ref(),
-            wind_response: self.wind_response,
-        }
-    }
-
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
         for (i, blob) in self.blobs.iter().enumerate() {
             blob.check(check, &|name| at(&format!("blobs/{i}/{name}")));
@@ -237,12 +223,14 @@ impl TermKind for Gaussians {
     }
 
     fn merge(terms: &[&Self], channel: usize, moment: &Moment) -> Blobs {
-        let blobs = terms.iter().flat_map(|term| {
+        let mut all = Vec::new();
+        for term in terms {
             let shift = moment.shift(term.wind_response);
-            let blobs = term.at(moment.time_s).into_owned().into_iter();
-            blobs.map(move |blob| Gaussian::new(&blob, channel).moved(shift))
-        });
-        Blobs::new(blobs.filter(|blob| blob.c > 0.0).collect())
+            let blobs = term.at(moment.time_s);
+            let blobs = blobs.iter().map(|blob| Gaussian::new(blob, channel).moved(shift));
+            all.extend(blobs.filter(|blob| blob.c > 0.0));
+        }
+        Blobs::new(all)
     }
 }
 

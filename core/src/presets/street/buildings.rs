@@ -1,9 +1,9 @@
 //! The colonnade on the left, the houses on the right and the tower at the end of the street.
 
 use super::super::geometry::{Facade, MeshBuilder};
-use super::super::random::Random;
 use super::ground::{FAR_Z, KERB, NEAR_Z};
 use super::lamp_post::{column, upright};
+use crate::random::Random;
 use glam::DVec3;
 
 /// The row of columns stands here [m].

@@ -1,7 +1,7 @@
 //! Cobbles, kerbs and paving slabs.
 
 use super::super::geometry::MeshBuilder;
-use super::super::random::Random;
+use crate::random::Random;
 use glam::DVec3;
 
 /// Half the width of the road [m].

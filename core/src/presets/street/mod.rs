@@ -6,8 +6,8 @@ mod lamp_post;
 
 use super::Preset;
 use super::geometry::{MeshBuilder, lathe, rod, spline};
-use super::random::Random;
 use super::stage::{camera, glossy, glowing, homogeneous, lamp, matte, mesh, sphere};
+use crate::random::Random;
 use crate::scene::{Fog, Light, Rgb, Scene, Surface};
 use buildings::{COLONNADE_X, COLUMN_STEP};
 use glam::DVec3;

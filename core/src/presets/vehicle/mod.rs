@@ -5,8 +5,8 @@ mod gear;
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, along, lathe};
-use super::random::Random;
 use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use crate::random::Random;
 use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
 use engine::{CHIMNEY, HEADLAMP};
 use gear::{HALF_GAUGE, RAIL_TOP};

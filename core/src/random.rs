@@ -1,4 +1,4 @@
-//! A small seeded generator: the same presets on every machine, and no dependency for it.
+//! A small seeded generator: the same presets and plumes on every machine, and no dependency for it.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
