@@ -1,17 +1,21 @@
-// A point light, and where it stands relative to a ray.
+// A light, and where it stands relative to a ray.
 //
-// Twins: Lamp in core/src/cpu/frame.rs, ToLight in core/src/airlight/mod.rs.
+// Twins: Lamp in core/src/frame/context.rs, core/src/light/.
 
 #define_import_path fogbank::lamp
 
 /// A light as the passes need it.
 struct Lamp {
-    /// Where it is, from the camera [m].
+    /// Where it is, from the camera; of the sun where its table begins [m].
     position: vec3<f32>,
     /// Its distance from the camera [m].
     distance_m: f32,
     /// Radiant intensity, rgb [W/sr].
     strength: vec3<f32>,
+    /// Fog without an end towards the sun counts so far [m].
+    path_m: f32,
+    /// Unit vector towards the sun; zero for what stands at a place.
+    toward: vec3<f32>,
 }
 
 /// What a group of terms scatters of a lamp.
@@ -35,7 +39,13 @@ struct ToLight {
     closest: f32,
     /// Distance of the light from the ray's line [m], floored.
     miss: f32,
+    /// What stands for the cosine towards the sun; 0 for all others.
+    tilt: f32,
 }
+
+/// How far away the sun is, and farther than any blob [m].
+const SUN_M: f32 = 1.4959787e11;
+const EVERYWHERE_M: f32 = 1e10;
 
 /// A light's nearest distance to a ray counts as at least this share of its distance from the ray's
 /// origin: what rounding leaves of it. A ray through a light thereby has a finite answer.
@@ -45,12 +55,24 @@ const LEAST_MISS: f32 = 1e-6;
 
 /// Where a light stands relative to a ray from `start` in the unit `direction`.
 fn beside(light: Lamp, start: vec3<f32>, direction: vec3<f32>) -> ToLight {
+    if is_sun(light) {
+        return ToLight(0.0, SUN_M, dot(light.toward, direction));
+    }
     return to_light(light.position - start, direction);
+}
+
+fn is_sun(light: Lamp) -> bool {
+    return any(light.toward != vec3<f32>(0.0));
+}
+
+/// From a point to a light [m].
+fn way_to(light: Lamp, point: vec3<f32>) -> vec3<f32> {
+    return select(light.position - point, SUN_M * light.toward, is_sun(light));
 }
 
 /// From the light's place relative to the ray's origin and the unit direction.
 fn to_light(light: vec3<f32>, direction: vec3<f32>) -> ToLight {
     let floor = max(length(light) * MISS_FLOOR, LEAST_MISS);
     // A difference of squares would lose a small distance.
-    return ToLight(dot(light, direction), max(length(cross(light, direction)), floor));
+    return ToLight(dot(light, direction), max(length(cross(light, direction)), floor), 0.0);
 }

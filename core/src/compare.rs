@@ -8,7 +8,7 @@ use crate::progress::{Interrupted, Progress};
 use crate::renderer::Renderer;
 use crate::request::{Layer, Quality, Tonemap, View, check_scene, check_size};
 use crate::scene::limits::{COUNTS, Range};
-use crate::scene::{CheckedScene, Checker, Code, Fog, Problem, Scene};
+use crate::scene::{CheckedScene, Checker, Code, Problem, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -57,7 +57,7 @@ impl Side {
     }
 
     /// The estimator; `at` is this side's pointer.
-    fn check(self, check: &mut Checker, fog: &Fog, at: &str) -> Method {
+    fn check(self, check: &mut Checker, scene: &Scene, at: &str) -> Method {
         let steps_at = || format!("{at}/steps");
         let Some(airlight) = self.airlight.of_a_scene() else {
             let range = Range { min: 1.0, max: COUNTS.march_steps as f64 };
@@ -70,7 +70,7 @@ impl Side {
         if self.steps.is_some() {
             check.refuse(Code::Conflict, steps_at, "only march takes steps");
         }
-        if let Some(detail) = fog.refusal(airlight) {
+        if let Some(detail) = scene.fog.refusal(&scene.lights, airlight) {
             check.refuse(Code::Conflict, || format!("{at}/airlight"), detail);
         }
         airlight.into()
@@ -101,8 +101,7 @@ impl CompareRequest {
         let Self { scene, width, height, a, b } = self;
         let mut check = Checker::default();
         check_size(&mut check, width, height, COUNTS.compare_pixels);
-        let estimators =
-            [a.check(&mut check, &scene.fog, "/a"), b.check(&mut check, &scene.fog, "/b")];
+        let estimators = [a.check(&mut check, &scene, "/a"), b.check(&mut check, &scene, "/b")];
         let pair = Pair { width, height, sides: [a, b], estimators };
         Ok((check_scene(check, scene)?, pair))
     }

@@ -3,7 +3,8 @@
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
 use crate::airlight::{Method, Path, macklin2010, mapped, march, reference, sun2005};
 use crate::geometry::Ray;
-use crate::light::{Light, least_distance};
+use crate::light::{Source, least_distance};
+use crate::media::noise::{self, Bend};
 use crate::media::{Field, Scattering, in_channels};
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
@@ -76,11 +77,12 @@ impl Band {
     pub fn new(
         scene: &CheckedScene,
         field: &Arc<Field>,
-        from_light: impl Fn(&Light) -> Result<Arc<CenterDepths>, Interrupted>,
+        from_light: impl Fn(Source) -> Result<Arc<CenterDepths>, Interrupted>,
     ) -> Result<Self, Interrupted> {
-        let method = Method::from(scene.fog.airlight).matched(&scene.fog.scatterings(), field);
+        let method = scene.matched(scene.fog.airlight.into(), field);
         let lights = scene.lights().filter(|_| method == Method::Fogshop2007);
-        let from_lights = lights.map(|(_, light)| from_light(light)).collect::<Result<_, _>>()?;
+        let from_lights = lights.map(|(_, light)| from_light(scene.source(light)));
+        let from_lights = from_lights.collect::<Result<_, _>>()?;
         Ok(Self { field: Arc::clone(field), method, from_lights })
     }
 }
@@ -92,6 +94,8 @@ pub struct Prober<'a> {
     /// Each with what the published method knows of where the last ray started.
     bands: Vec<(&'a Band, Option<(Eye, CenterDepths)>)>,
     scatterings: Vec<Scattering>,
+    /// What bends rays before blobs, if anything does.
+    noise: Option<Bend>,
     progress: &'a Progress,
 }
 
@@ -104,7 +108,8 @@ impl<'a> Prober<'a> {
         progress: &'a Progress,
     ) -> Self {
         let bands = bands.iter().map(|band| (band, None)).collect();
-        Self { scene, geometry, bands, scatterings: scene.fog.scatterings(), progress }
+        let noise = Bend::new(&scene.fog.noise, scene.time_s);
+        Self { scene, geometry, bands, scatterings: scene.fog.scatterings(), noise, progress }
     }
 
     /// Everything along one ray.
@@ -117,10 +122,21 @@ impl<'a> Prober<'a> {
         let hit = self.geometry.first_hit(origin, direction, limit);
         let length = hit.map_or(limit, |hit| hit.distance);
         let ray = Ray { origin, direction };
-        let depths = self.each_band(|field| field.depth(&ray, length));
+        let straight = self.each_band(|field| field.depth(&ray, length));
+        let change = |field: &Field| {
+            self.noise.as_ref().map_or(0.0, |noise| noise.change_of(field, &ray, length))
+        };
+        let changes = self.each_band(change);
+        let bent = straight.iter().zip(changes).map(|(depth, change)| (depth + change).max(0.0));
+        let depths: Vec<_> = bent.collect();
         let optical_depth = spectrum(&depths);
         let transmittance = spectrum(&transmittances(&depths));
-        let airlight_by_light = self.airlight_by_light(ray, length)?;
+        let shares = straight.iter().zip(&depths).map(|(straight, bent)| match &self.noise {
+            Some(_) => noise::share(*straight, *bent),
+            None => 1.0,
+        });
+        let shares = shares.collect::<Vec<_>>();
+        let airlight_by_light = self.airlight_by_light(ray, length, &shares)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
         let absorptance = channels(optical_depth).map(|depth| 0.0 - (-depth).exp_m1());
         let ambient = self.scene.fog.ambient.vector() * absorptance;
@@ -147,10 +163,17 @@ impl<'a> Prober<'a> {
         self.bands.iter().map(|(band, _)| of(&band.field)).collect()
     }
 
-    fn airlight_by_light(&mut self, ray: Ray, length: f64) -> Result<Vec<DVec3>, Interrupted> {
+    /// Airlight lamp by lamp; `shares` is what noise leaves of it in each band.
+    fn airlight_by_light(
+        &mut self,
+        ray: Ray,
+        length: f64,
+        shares: &[f64],
+    ) -> Result<Vec<DVec3>, Interrupted> {
         let mut by_band = Vec::with_capacity(self.bands.len());
-        for band in 0..self.bands.len() {
-            by_band.push(self.airlight_in(band, ray, length)?);
+        for (band, share) in shares.iter().enumerate() {
+            let straight = self.airlight_in(band, ray, length)?;
+            by_band.push(straight.into_iter().map(|light| light * *share).collect::<Vec<_>>());
         }
         let of_light =
             |i: usize| in_channels(&by_band.iter().map(|by_light| by_light[i]).collect::<Vec<_>>());
@@ -169,7 +192,7 @@ impl<'a> Prober<'a> {
         let field = &*band.field;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
-            let source = light.source();
+            let source = self.scene.source(light);
             for (group, Scattering { albedo, phase }) in self.scatterings.iter().enumerate() {
                 self.progress.check()?;
                 let path = || Path::new(field, group, source, ray, length).of(self.progress);
@@ -236,13 +259,13 @@ impl<'a> Prober<'a> {
         let mut radiance = material.emission.vector();
         for (_, light) in self.scene.lights() {
             self.progress.check()?;
-            let source = light.source();
+            let source = self.scene.source(light);
             let toward = source.toward(point.into(), least_distance(hit.distance));
             let (normal, shininess) = (hit.normal.into(), material.shininess);
             let diffuse = attenuated::diffuse(normal, &toward);
             let specular = attenuated::specular(normal, direction.into(), &toward, shininess);
             let is_clear = self.scene.fog.surface_lighting == SurfaceLighting::Clear;
-            let depth = |field: &Field| field.depth_between(source.apex(), point);
+            let depth = |field: &Field| field.depth_from(source.origin(), point);
             let depths = self.each_band(|field| if is_clear { 0.0 } else { depth(field) });
             let through = channels(spectrum(&transmittances(&depths)));
             let reflected =

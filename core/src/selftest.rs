@@ -79,12 +79,14 @@ pub struct ModelReport {
 struct Trial {
     model: &'static str,
     layer: Layer,
+    lights: &'static str,
     fog: String,
 }
 
 impl Trial {
     fn new(model: &'static str, layer: Layer, airlight: &str, terms: &str) -> Self {
-        Self { model, layer, fog: format!(r#"{{"airlight": "{airlight}", "terms": {terms}}}"#) }
+        let fog = format!(r#"{{"airlight": "{airlight}", "terms": {terms}}}"#);
+        Self { model, layer, lights: LAMPS, fog }
     }
 }
 
@@ -101,6 +103,8 @@ fn trials() -> Vec<Trial> {
         Trial::new("auto", Layer::Airlight, "auto", MIXED),
         Trial::new("macklin2010", Layer::Airlight, "macklin2010", even),
         Trial::new("attenuated", Layer::Surface, "auto", MIXED),
+        Trial { lights: SUN, ..Trial::new("sun", Layer::Airlight, "auto", MIXED) },
+        Trial { lights: SUN, ..Trial::new("sun", Layer::Surface, "auto", MIXED) },
     ];
     media.chain(light).collect()
 }
@@ -110,7 +114,13 @@ const MIXED: &str = r#"[{"kind": "homogeneous", "extinction": 0.02},
         {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
         {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]"#;
 
-/// Everything but its fog.
+/// Lights of the stage.
+const LAMPS: &str = r#"[{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
+    {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}]"#;
+/// The stage by daylight.
+const SUN: &str = r#"[{"kind": "sun", "direction": [0.4, -1, -0.3], "irradiance": [3, 3, 2.8]}]"#;
+
+/// Everything but its lights and its fog.
 const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
     "surfaces": [
         {"shape": {"kind": "plane"}},
@@ -119,13 +129,23 @@ const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
         {"shape": {"kind": "box", "min": [-3, 0, -3], "max": [-2, 2, -2]}},
         {"shape": {"kind": "mesh", "positions": [[-1, 0, 1], [0, 0, 2], [-1, 1, 2]],
                    "indices": [[0, 1, 2]]}}],
-    "lights": [{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
-               {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}],
     "far_m": 60"#;
 
 /// The stage in a fog.
+#[cfg(test)]
 pub(crate) fn scene(fog: &str) -> Option<CheckedScene> {
-    let text = format!(r#"{{{STAGE}, "fog": {fog}}}"#);
+    lit(LAMPS, fog)
+}
+
+/// The same by daylight.
+#[cfg(test)]
+pub(crate) fn sunlit(fog: &str) -> Option<CheckedScene> {
+    lit(SUN, fog)
+}
+
+/// The stage in a fog, before some lights.
+fn lit(lights: &str, fog: &str) -> Option<CheckedScene> {
+    let text = format!(r#"{{{STAGE}, "lights": {lights}, "fog": {fog}}}"#);
     read::<crate::scene::Scene>(text.as_bytes()).ok()?.check().ok()
 }
 
@@ -152,7 +172,7 @@ impl Trial {
         progress: &Progress,
         render: impl Fn(&CheckedScene, &View) -> Result<Option<Frame>, Interrupted>,
     ) -> Result<Option<ModelReport>, Interrupted> {
-        let Some(scene) = scene(&self.fog) else { return Ok(None) };
+        let Some(scene) = lit(self.lights, &self.fog) else { return Ok(None) };
         let view = view(self.layer);
         // The first picture builds what is kept, pipelines among it.
         if render(&scene, &view)?.is_none() {

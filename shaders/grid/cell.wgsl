@@ -8,7 +8,7 @@
 #define_import_path fogbank::grid::cell
 
 #import fogbank::view::{View, Ray, ray_through, picture_place, is_parallel}
-#import fogbank::lamp::Lamp
+#import fogbank::lamp::{Lamp, is_sun}
 
 /// A square of the picture.
 struct Cell {
@@ -69,7 +69,7 @@ fn is_wide(view: View, cell: Cell, widest: f32) -> bool {
 /// Whether a lamp's image is so close that its glow varies too much across it.
 fn is_near(view: View, cell: Cell, light: Lamp, nearest: f32) -> bool {
     let at = picture_place(view, light.position);
-    if at.z <= 0.0 {
+    if is_sun(light) || at.z <= 0.0 {
         return false;
     }
     return 2.0 * cell.half * nearest > distance(cell.middle, image_of(view, at));

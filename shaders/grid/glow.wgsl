@@ -46,7 +46,8 @@ fn turn(light: lamp::ToLight, begin: f32, end: f32) -> f32 {
 
 /// The angle between the direction in which light travels to the ray's start and that back to the eye [rad].
 fn first_angle(light: lamp::ToLight) -> f32 {
-    return num::angle(light.miss, light.closest);
+    let sine = sqrt(max(1.0 - light.tilt * light.tilt, 0.0));
+    return num::angle(light.miss * sine, light.tilt * light.miss + light.closest);
 }
 
 /// ∫ k(α) dt/d² between two ray parameters [1/m].

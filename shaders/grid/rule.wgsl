@@ -11,8 +11,9 @@ struct Place {
     t: f32,
     /// From the point closest to the light [m].
     aside: f32,
-    /// ln of the distance of the light [m].
+    /// ln of the distance of the light [m], and the squared one of the ray from it [m²].
     log: f32,
+    miss_squared: f32,
     /// T from the eye of what scatters.
     own: f32,
     /// T from the eye and from the light.
@@ -31,8 +32,13 @@ const CLEAR: f32 = 1e-7;
 fn gain(clear: f32, a: Place, b: Place) -> f32 {
     // Sections may be empty.
     let step = max(b.t - a.t, num::LEAST);
-    // Where on the way the light comes from, as a share.
-    let far = clamp((b.log - a.log - a.aside * clear) / max(step * clear, num::LEAST), 0.0, 1.0);
+    // Where on the way the light comes from, as a share. From far away logarithms do not tell: there its strength
+    // is a straight line.
+    let near = (b.log - a.log - a.aside * clear) / max(step * clear, num::LEAST);
+    let middle = 0.5 * (a.aside + b.aside);
+    let apart2 = middle * middle + a.miss_squared;
+    let from_far = 0.5 - step * middle / (apart2 * 6.0);
+    let far = clamp(select(near, from_far, step * step < apart2 * 1e-3), 0.0, 1.0);
     let line = mix(a.seen, b.seen, far);
     // ∫ β e^(−total) dt, total as a straight line of T.
     let turn = b.total - a.total;

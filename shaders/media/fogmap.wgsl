@@ -85,9 +85,39 @@ fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return row.extinction * row.share * along(row, a, row.share * (b - a));
 }
 
+/// T from a point to beyond everything: to where its way leaves the map or its heights.
+fn beyond(row: Row, point: vec3<f32>, toward: vec3<f32>, path_m: f32) -> f32 {
+    if row.seen == BY_EYES {
+        return 0.0;
+    }
+    let from_corner = point.xz - vec2<f32>(row.x, row.z);
+    let size = cells(row) / row.rate;
+    var length_m = vertical::ends(profile(row), point.y, toward.y, vertical::FAR);
+    for (var k = 0u; k < 2u; k++) {
+        let way = toward.xz[k];
+        if way != 0.0 {
+            let side = select(0.0, size[k], way > 0.0);
+            length_m = min(length_m, max((side - from_corner[k]) / way, 0.0));
+        }
+    }
+    length_m = select(length_m, path_m, length_m >= vertical::FAR);
+    return length_m * mean(row, point, point + length_m * toward);
+}
+
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
     return vec2<f32>(0.0, select(row.extinction * row.most, 0.0, row.seen == BY_EYES));
+}
+
+/// From where to where there is any of it on a ray [m].
+fn span(row: Row, origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
+    var ends = vertical::span(profile(row), origin.y, direction.y, length_m);
+    let start = in_cells(row, origin);
+    for (var k = 0u; k < 2u; k++) {
+        let step = direction.xz[k] * row.rate;
+        ends = vertical::overlap(ends, vertical::between(start[k], step, vec2<f32>(0.0, cells(row)[k]), length_m));
+    }
+    return ends;
 }
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].

@@ -9,6 +9,7 @@
 #define_import_path fogbank::media::functions
 
 #import fogbank::num
+#import fogbank::media::vertical
 
 /// A row as the host writes it: twelve numbers, of which the last tells the kind.
 /// Waves: wave vector [turns/m], phase of the sine [turns], amplitude.
@@ -90,6 +91,28 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
 /// The same as view rays see it.
 fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return mean(row, a, b);
+}
+
+/// T from a point to beyond everything, which counts so far.
+fn beyond(row: Row, point: vec3<f32>, toward: vec3<f32>, path_m: f32) -> f32 {
+    return path_m * mean(row, point, point + path_m * toward);
+}
+
+/// From where to where there is any of it on a ray [m].
+fn span(row: Row, origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
+    var ends = vec2<f32>(0.0, length_m);
+    let kind = kind_of(row);
+    if kind == BOUNDED || kind == BOUNDED_TOO {
+        let start = first(row) * origin + second(row);
+        let step = first(row) * direction;
+        for (var k = 0u; k < 3u; k++) {
+            if first(row)[k] != 0.0 {
+                let own = vertical::between(start[k], step[k], vec2<f32>(0.0, 1.0), length_m);
+                ends = vertical::overlap(ends, own);
+            }
+        }
+    }
+    return ends;
 }
 
 /// The least β anywhere, and the most [1/m].

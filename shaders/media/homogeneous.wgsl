@@ -51,10 +51,22 @@ fn view_mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return mean(row, a, b);
 }
 
+/// T from a point to beyond everything; what has no end there counts so far.
+fn beyond(row: Row, point: vec3<f32>, toward: vec3<f32>, path_m: f32) -> f32 {
+    let length_m = vertical::ends(profile(row), point.y, toward.y, path_m);
+    return length_m * mean(row, point, point + length_m * toward);
+}
+
 /// The least β anywhere, and the most [1/m].
 fn bounds(row: Row) -> vec2<f32> {
     let is_uniform = row.low_m < -vertical::FAR && row.high_m > vertical::FAR;
     return vec2<f32>(select(0.0, row.extinction, is_uniform), row.extinction);
+}
+
+/// From where to where there is any of it on a ray [m].
+fn span(row: Row, origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
+    let nothing = vec2<f32>(vertical::FAR, -vertical::FAR);
+    return select(nothing, vertical::span(profile(row), origin.y, direction.y, length_m), row.extinction > 0.0);
 }
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].

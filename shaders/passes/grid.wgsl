@@ -250,7 +250,7 @@ fn scope_of(place: u32, at: vec2<u32>) -> Scope {
             let end = bitcast<u32>(textureLoad(hits, pixel, 0).w);
             atomicMin(&nearest, end);
             atomicMax(&farthest, end);
-            count_passes(pixel, bitcast<f32>(end));
+            count_passes(pixel, own, bitcast<f32>(end));
         }
     }
     workgroupBarrier();
@@ -342,7 +342,7 @@ fn bundle_to(scope: Scope, length_m: f32) -> bundle::Bundle {
 /// them do not.
 fn is_cut(place: u32, scope: Scope) -> bool {
     for (var c = place; c < cell::RAYS; c += SIZE) {
-        passes[c] = block::passed(ray_of(scope, c), vec2<f32>(0.0, blocks[scope.own].ends.y)).count;
+        passes[c] = block::passed(ray_of(scope, c), blocks[scope.own].ends).count;
     }
     workgroupBarrier();
     var differs = scope.passes == UNCUT;
@@ -358,8 +358,9 @@ fn begin_passes() {
 }
 
 /// Counts the edges that a pixel passes before it ends.
-fn count_passes(pixel: vec2<u32>, length_m: f32) {
-    let ends = vec2<f32>(0.0, length_m * (1.0 - block::ALIKE));
+fn count_passes(pixel: vec2<u32>, own: u32, length_m: f32) {
+    let fog = blocks[own].ends;
+    let ends = vec2<f32>(fog.x, min(length_m * (1.0 - block::ALIKE), fog.y));
     let count = block::passed(view::ray_of(frame, pixel), ends).count;
     atomicMin(&fewest, count);
     atomicMax(&most, count);
@@ -438,7 +439,7 @@ fn bounds_of(scope: Scope, ray: view::Ray, followed: u32) -> array<f32, 8> {
 #else
 fn begin_passes() {}
 
-fn count_passes(pixel: vec2<u32>, length_m: f32) {}
+fn count_passes(pixel: vec2<u32>, own: u32, length_m: f32) {}
 
 fn passed_by_all() -> u32 {
     return 0u;
@@ -637,6 +638,10 @@ fn tabulate(place: u32, scope: Scope, i: u32) {
 fn total_at(ray: view::Ray, which: u32, c: u32, k: u32) -> f32 {
     let t = knot_on(c, k);
     let point = ray.offset + t * ray.direction;
+    let seen = table[index_of(DEPTH, c, k)] + haze::depth(ray.offset, ray.direction, t);
+    if lamp::is_sun(lamps[which]) {
+        return seen + max(from_sun(which, point), 0.0);
+    }
     let light = lamps[which].position;
     let toward = lamp::beside(lamps[which], ray.offset, ray.direction);
     let aside = t - toward.closest;
@@ -652,8 +657,21 @@ fn total_at(ray: view::Ray, which: u32, c: u32, k: u32) -> f32 {
         }
         mean += depth / max(way.length_m, num::LEAST);
     }
-    let seen = table[index_of(DEPTH, c, k)] + haze::depth(ray.offset, ray.direction, t);
     return seen + max(mean, 0.0) * distance_m;
+}
+
+/// T from the sun to a point.
+fn from_sun(which: u32, point: vec3<f32>) -> f32 {
+    let light = lamps[which];
+    var depth = haze::beyond(point, light.toward, light.path_m);
+    if extents[which].shells > 0.0 {
+        return depth + light_table::mean(extents[which], point - light.position, 0.0);
+    }
+    let way = gaussians::Way(point, light.toward, lamp::EVERYWHERE_M);
+    for (var at = 0u; at < frame.blobs; at++) {
+        depth += gaussians::depth_on(way, blobs[at]);
+    }
+    return depth;
 }
 
 /// x: the mean of β e^(−T) since the knot before, weighed by where the light comes from. y: that part of M.
@@ -675,7 +693,8 @@ fn place_on(light: lamp::ToLight, c: u32, k: u32) -> rule::Place {
     let total = table[index_of(LIGHT, c, k)];
     let through = num::exp_bounded(-min(total, 80.0));
     let seen = table[index_of(OWN_BETA, c, k)] * through;
-    return rule::Place(t, aside, log, table[index_of(OWN, c, k)], total, through, seen);
+    let miss_squared = light.miss * light.miss;
+    return rule::Place(t, aside, log, miss_squared, table[index_of(OWN, c, k)], total, through, seen);
 }
 
 /// Whether some invocation found the ninth ray too far from what the eight make of it; to be called by all.

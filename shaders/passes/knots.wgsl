@@ -50,6 +50,11 @@ const BEHIND: f32 = 2.0;
 /// Knots that stand no farther apart than this are one.
 const ALIKE: f32 = 1.00001;
 
+/// Rays across a block on which it is asked where there is fog; between them fog may begin sooner and end later by
+/// this share.
+const ACROSS: u32 = 7u;
+const ROOM: f32 = 0.1;
+
 /// What of the picture a block covers [px].
 struct Area {
     middle: vec2<f32>,
@@ -66,6 +71,7 @@ struct Reach {
 
 var<workgroup> longest: atomic<u32>;
 var<workgroup> sums: array<vec2<f32>, SIZE>;
+var<workgroup> spans: array<vec2<f32>, 49>;
 var<workgroup> unsorted: array<f32, PLACES>;
 var<workgroup> sorted: array<f32, PLACES>;
 var<workgroup> removed: array<f32, 328>;
@@ -158,9 +164,29 @@ fn reach_of(place: u32, index: u32, area: Area, deepest: f32) -> Reach {
     }
     dense = vec2<f32>(max(dense.x, 0.0), min(dense.y, deepest));
     if haze::bounds().y > 0.0 {
-        return Reach(0.0, deepest, dense);
+        let hazy = hazy(place, area, deepest);
+        let is_dense = dense.x < dense.y;
+        let both = vec2<f32>(min(hazy.x, dense.x), max(hazy.y, dense.y));
+        let ends = select(hazy, both, is_dense);
+        return Reach(ends.x, ends.y, dense);
     }
     return Reach(dense.x, dense.y, dense);
+}
+
+/// From where to where the block's rays meet what is smooth [m]; all of them where none that is looked at does.
+fn hazy(place: u32, area: Area, deepest: f32) -> vec2<f32> {
+    for (var i = place; i < ACROSS * ACROSS; i += SIZE) {
+        let at = vec2<f32>(f32(i % ACROSS), f32(i / ACROSS)) * (2.0 / f32(ACROSS - 1u)) - 1.0;
+        let ray = ray_at(area, at);
+        spans[i] = haze::span(ray.offset, ray.direction, deepest);
+    }
+    workgroupBarrier();
+    var ends = vec2<f32>(block::FAR, -block::FAR);
+    for (var i = 0u; i < ACROSS * ACROSS; i++) {
+        ends = vec2<f32>(min(ends.x, spans[i].x), max(ends.y, spans[i].y));
+    }
+    let roomy = vec2<f32>(ends.x * (1.0 - ROOM), min(ends.y * (1.0 + ROOM), deepest));
+    return select(vec2<f32>(0.0, deepest), roomy, ends.x < ends.y);
 }
 
 /// Looks at places along the block's rays; returns how many there are.
@@ -330,7 +356,7 @@ fn insert_near(before: u32, area: Area, reach: Reach) -> u32 {
     for (var k = 0u; k < arrayLength(&lamps) && lit < LAMPS; k++) {
         let at = view::picture_place(frame, lamps[k].position);
         let image = cell::image_of(frame, at);
-        if at.z > 0.0 && distance(image, area.middle) < 2.0 * f32(block::SIDE) {
+        if !lamp::is_sun(lamps[k]) && at.z > 0.0 && distance(image, area.middle) < 2.0 * f32(block::SIDE) {
             let ray = view::ray_through(frame, image);
             let light = lamp::beside(lamps[k], ray.offset, ray.direction);
             count = insert(light.closest, count, reach);

@@ -31,12 +31,17 @@ fn measure(
     @builtin(local_invocation_index) place: u32,
 ) {
     let pixel = group.xy * tile::SIDE + local.xy;
-    let light = lamps[part.lamp].position;
+    let light = lamps[part.lamp];
+    let is_sun = lamp::is_sun(light);
     let full = view::pixel_of(frame, pixel);
     let sees = view::is_inside(frame, pixel) && sees_surface(full);
     let point = point_of(pixel, full);
-    let way = gaussians::way_between(light, point);
-    let between = bundle_to(place, point - light, sees, light);
+    var way = gaussians::way_between(light.position, point);
+    if is_sun {
+        way = gaussians::Way(point, light.toward, lamp::EVERYWHERE_M);
+    }
+    let from_here = select(point - light.position, point, is_sun);
+    let between = bundle_to(place, from_here, sees, light);
 
     var depth = 0.0;
     for (var first = part.first; first < part.end; first += tile::CHUNK) {
@@ -51,8 +56,13 @@ fn measure(
         }
     }
     if view::is_inside(frame, pixel) {
-        let rest = way.length_m
-            * haze::mean(way.origin, way.origin + way.length_m * way.direction);
+        var rest = 0.0;
+        if is_sun {
+            rest = haze::beyond(point, light.toward, light.path_m);
+        } else {
+            let end = way.origin + way.length_m * way.direction;
+            rest = way.length_m * haze::mean(way.origin, end);
+        }
         store(pixel, select(0.0, depth, sees), select(0.0, rest, sees));
     }
 }
@@ -73,8 +83,9 @@ fn point_of(pixel: vec2<u32>, full: vec2<u32>) -> vec3<f32> {
     return ray.offset + textureLoad(hits, full, 0).w * ray.direction;
 }
 
-/// Bounds the segments from the lamp to the tile's surface points, given relative to it.
-fn bundle_to(place: u32, way: vec3<f32>, sees: bool, light: vec3<f32>) -> bundle::Bundle {
+/// Bounds the segments from the lamp to the tile's surface points, given relative to it; of the sun relative to the
+/// camera.
+fn bundle_to(place: u32, way: vec3<f32>, sees: bool, light: lamp::Lamp) -> bundle::Bundle {
     let no_point = vec3<f32>(-3e38);
     let high = tile::largest(place, vec4<f32>(select(no_point, way, sees), 0.0)).xyz;
     let low = -tile::largest(place, vec4<f32>(select(no_point, -way, sees), 0.0)).xyz;
@@ -85,7 +96,10 @@ fn bundle_to(place: u32, way: vec3<f32>, sees: bool, light: vec3<f32>) -> bundle
     let middle = 0.5 * (low + high);
     let aside = select(0.0, distance(way, middle), sees);
     let radius = 1.000001 * tile::largest(place, vec4<f32>(aside)).x;
-    return bundle::toward_ball(light, light + middle, radius);
+    if lamp::is_sun(light) {
+        return bundle::Bundle(middle, light.toward, radius, 0.0, lamp::EVERYWHERE_M);
+    }
+    return bundle::toward_ball(light.position, light.position + middle, radius);
 }
 
 /// Marks the blobs of a chunk that lie between the lamp and the tile's surface points.

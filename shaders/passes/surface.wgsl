@@ -57,7 +57,7 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 #endif
     for (var i = part.first; i < part.end; i++) {
         let light = lamps[i];
-        let toward = light.position - point;
+        let toward = lamp::way_to(light, point);
         var depth = depth_of(i, pixel, point, toward);
 #ifdef LOW
         depth += low_depth(i, around, weights);
@@ -85,6 +85,14 @@ fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -
     let pixels = u32(frame.targets.x) * u32(frame.targets.y);
     return depths[(place - part.first) * pixels + view::index_of(frame, pixel)];
 #else
+    let light = lamps[place];
+    if lamp::is_sun(light) {
+        var depth = haze::beyond(point, light.toward, light.path_m);
+#ifdef TABLES
+        depth += light_table::mean(extents[place], point - light.position, 0.0);
+#endif
+        return depth;
+    }
     let distance_m = length(toward);
     var mean = haze::mean(point, point + toward);
 #ifdef TABLES

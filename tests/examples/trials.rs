@@ -1,7 +1,7 @@
 //! Prints the errors of the published airlight and of `auto` on the hard scenes as a table in
 //! Markdown: `cargo run --release -p fogbank-tests --example trials`, and behind `--` a part of a scene's name.
 
-use fogbank_core::scene::{Airlight, Fog, read};
+use fogbank_core::scene::{Airlight, Scene, read};
 use fogbank_tests::trials::{Errors, Trial, Use, all};
 
 fn main() {
@@ -23,11 +23,10 @@ fn main() {
     }
 }
 
-/// Whether the published method takes the scene's fog.
+/// Whether the published method takes the scene.
 fn is_taken(trial: &Trial) -> bool {
-    let text = trial.scene["fog"].to_string();
-    let Ok(fog) = read::<Fog>(text.as_bytes()) else { return false };
-    fog.refusal(Airlight::Fogshop2007).is_none()
+    let Ok(scene) = read::<Scene>(trial.scene.to_string().as_bytes()) else { return false };
+    scene.fog.refusal(&scene.lights, Airlight::Fogshop2007).is_none()
 }
 
 fn published(trial: &Trial) -> String {

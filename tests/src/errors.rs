@@ -40,7 +40,7 @@ pub fn measure(airlight: Airlight) -> [f64; 3] {
 /// Every pixel of small pictures of the scenes that it takes, against the reference.
 fn of_pictures(airlight: Airlight) -> Vec<f64> {
     let renderer = Renderer::default();
-    let takes = |scene: &Scene| scene.fog.refusal(airlight).is_none();
+    let takes = |scene: &Scene| scene.fog.refusal(&scene.lights, airlight).is_none();
     let errors = scenes().into_iter().filter(takes).flat_map(|scene| {
         let a = Side { airlight: airlight.into(), steps: None };
         let request = CompareRequest { scene, width: 16, height: 12, a, b: Side::reference() };

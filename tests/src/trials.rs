@@ -155,7 +155,7 @@ fn near_lamps(
     let mut near = Vec::new();
     for (_, light) in scene.lights() {
         let image = |ray: usize| {
-            let to: DVec3 = light.source().apex() - rays[ray].origin;
+            let to: DVec3 = light.source(100.0).place() - rays[ray].origin;
             to.normalize().dot(rays[ray].direction)
         };
         let closest = (0..rays.len()).max_by(|a, b| image(*a).total_cmp(&image(*b))).unwrap_or(0);
@@ -179,7 +179,39 @@ fn near_lamps(
 /// All lists.
 pub fn all() -> Vec<Trial> {
     let others = exact().into_iter().chain(hard()).chain(layered()).chain(smoke());
-    others.chain(families()).collect()
+    others.chain(families()).chain(sunlit()).collect()
+}
+
+/// Scenes of the other lists by daylight: the sun, and in one of them a lamp as well, through every medium.
+pub fn sunlit() -> Vec<Trial> {
+    const LIT: [(&str, [f64; 3]); 9] = [
+        ("two-layers", [0.4, -1.0, -0.3]),
+        ("exponential", [0.6, -0.25, 0.5]),
+        ("three-lamps", [0.3, -0.8, 0.5]),
+        ("hg-forward", [-0.05, -0.35, 1.0]),
+        ("coloured-smoke", [-0.6, -0.7, 0.1]),
+        ("waves", [0.3, -1.0, 0.2]),
+        ("steps", [0.7, -0.4, 0.2]),
+        ("map-thinning", [-0.5, -0.6, 0.4]),
+        ("all-media", [0.3, -0.7, 0.5]),
+    ];
+    let others = hard().into_iter().chain(layered()).chain(smoke()).chain(families());
+    let lit = |mut trial: Trial| {
+        let (_, direction) = LIT.iter().find(|(name, _)| *name == trial.name)?;
+        let sun = json!({ "kind": "sun", "direction": direction, "irradiance": [3.0, 2.8, 2.4] });
+        let mut lights = vec![sun];
+        if trial.name == "three-lamps" {
+            lights.extend(trial.scene["lights"].as_array()?.first().cloned());
+        }
+        trial.scene["lights"] = lights.into();
+        trial.scene["fog"]["light_path_m"] = json!(15);
+        Some(Trial::new(
+            &format!("sun-{}", trial.name),
+            &format!("{}, by daylight", trial.title),
+            trial.scene,
+        ))
+    };
+    others.filter_map(lit).collect()
 }
 
 /// Waves, polynomials, fog around objects and maps of all degrees, alone and in sums, with edges and without.

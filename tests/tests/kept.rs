@@ -132,7 +132,7 @@ fn drag(name: &str, frames: u32, view: &View) -> Vec<u64> {
     let mut resident_at = Vec::new();
     for i in 0..frames {
         let mut moved = preset.scene.clone();
-        let Light::Point(lamp) = &mut moved.lights[0];
+        let Light::Point(lamp) = &mut moved.lights[0] else { panic!("a lamp") };
         lamp.position.0[0] += 1e-3 * f64::from(i);
         pixels(&renderer, &moved.check().unwrap(), view);
         if i % (frames / 10) == 0 {

@@ -50,10 +50,11 @@ fn picture(json: &Value) -> Vec<f32> {
 }
 
 /// Fields that change no picture, and why.
-const INERT: [(&str, &str); 10] = [
+const INERT: [(&str, &str); 11] = [
     ("/$schema", "for editors"),
     ("/surfaces/*/id", "a name"),
     ("/lights/*(point)/id", "a name"),
+    ("/lights/*(sun)/id", "a name"),
     ("/fog/terms/*(homogeneous)/id", "a name"),
     ("/fog/terms/*(gaussians)/id", "a name"),
     ("/fog/terms/*(functions)/id", "a name"),
@@ -121,7 +122,19 @@ fn stages() -> Vec<Value> {
     ]);
     // Most of what moves shows in the veil already, which takes no time.
     keyed["fog"]["airlight"] = json!("none");
-    [near, parallel, even, slab, thinning, smoke, plain, keyed, moving()].map(complete).into()
+    [near, parallel, even, slab, thinning, smoke, plain, keyed, sunny(), moving()]
+        .map(complete)
+        .into()
+}
+
+/// By daylight, in fog that is made irregular.
+fn sunny() -> Value {
+    let mut scene = stage();
+    scene["time_s"] = json!(0.7);
+    scene["lights"] = json!([{ "kind": "sun", "id": "sun", "direction": [0.5, -1, -0.3], "irradiance": [3, 2.8, 2.5] }]);
+    scene["fog"]["noise"] =
+        json!({ "strength": 0.6, "scale_m": 3, "drift": [0.4, 0.2, 0.3], "seed": 5 });
+    scene
 }
 
 /// Everything that changes with time, in a wind.

@@ -145,7 +145,7 @@ fn each_group_scatters_by_its_own_albedo_and_phase() {
         let length = answer.hit.as_ref().map_or(checked.far_m, |hit| hit.distance_m);
         let mut expected = DVec3::ZERO;
         for (_, light) in checked.lights() {
-            let at = light.source().apex();
+            let at = light.source(100.0).place();
             let to = at - ray.origin;
             let (closest, miss) = (to.dot(ray.direction), to.cross(ray.direction).length());
             for ((term, phase), albedo) in terms.iter().zip(phases).zip(albedos) {

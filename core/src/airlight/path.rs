@@ -46,7 +46,7 @@ impl<'a> Path<'a> {
             to_light: light.beside(ray.origin.into(), ray.direction.into()),
             smooth,
             lumps,
-            shading: field.ways(light.apex(), [ray.origin, ray.at(length)]),
+            shading: field.ways(light.origin(), [ray.origin, ray.at(length)]),
             watch: None,
         }
     }

@@ -67,7 +67,7 @@ pub fn takes(term: &Term) -> bool {
 #[inline(always)]
 pub fn airlight<N: Num>(beta: N, light: ToLight<N>, length: N) -> N {
     let one = length.lit(1.0);
-    let ToLight { closest, miss } = light;
+    let ToLight { closest, miss, .. } = light;
     let h2 = miss.squared();
     let (t0, t1) = (-closest, length - closest);
     let (d0, d1) = (h2 + t0.squared(), h2 + t1.squared());

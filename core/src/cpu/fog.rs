@@ -1,5 +1,6 @@
 //! Optical depth and airlight of a batch of rays.
 
+use super::noise::bend;
 use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
 use crate::airlight::{Method, Path, macklin2010, march, reference, sun2005};
 use crate::frame::context::{Context, Lamp, Scatter};
@@ -16,7 +17,14 @@ use glam::Vec3;
 /// What the fog does along a batch, as far as the layer shows it; but for an airlight that
 /// interpolates across the picture, which is formed for several batches at once.
 pub fn batch(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged {
-    if context.shows_fog() { along(context, asked, rays, hits) } else { Fogged::clear(0) }
+    if !context.shows_fog() {
+        return Fogged::clear(0);
+    }
+    let mut fogged = along(context, asked, rays, hits);
+    if let Some(noise) = context.noise.as_ref().filter(|_| !context.is_mapped()) {
+        bend(context, noise, Ends { rays, hits }, &mut fogged);
+    }
+    fogged
 }
 
 /// Optical depth, and airlight if `lit`, along rays that end at `hits`, as far as the job goes; what
@@ -76,7 +84,7 @@ pub fn near_views(context: &Context, block: &[Ends<'_>], purpose: Purpose) -> Su
 }
 
 /// Bounds some batches of view rays; and the shortest of them.
-fn bundle_of_views(context: &Context, block: &[Ends<'_>]) -> (Bundle, f64) {
+pub fn bundle_of_views(context: &Context, block: &[Ends<'_>]) -> (Bundle, f64) {
     let position = context.viewpoint.position;
     let [shortest, longest] = lengths(context, block).map(f64::from);
     // Rays that spread too far for any bound: a picture of a few pixels under a wide angle.
@@ -189,7 +197,7 @@ fn add_blobs(
     let light = |i: &usize| {
         let lamp = context.scatters[*i].lamp;
         let (lamp, lit) = (&context.lamps[lamp], &context.lit_blobs[lamp]);
-        let position = lamp.from_camera.apex();
+        let position = lamp.from_camera.place();
         let (blobs, exponents) = (&lit.blobs, &lit.exponents);
         LightRow { distance: position.length() as f32, blobs, position, exponents }
     };

@@ -2,6 +2,7 @@
 
 use super::composite::{self, Made};
 use super::grid::{self, Grid};
+use super::noise::bend;
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
 use super::tiles::{Strip, by_blocks, tiles};
 use super::traced::Traced;
@@ -314,6 +315,10 @@ impl Formed<'_, '_> {
             match &self.grid {
                 Some(grid) => grid.light(context.grid.tile(block[0]), &batches, &mut fogged),
                 None => mapped::add(context, asked, &batches, &mut fogged),
+            }
+            if let Some(noise) = &context.noise {
+                let all = batches.iter().zip(&mut fogged);
+                all.for_each(|(ends, fogged)| bend(context, noise, *ends, fogged));
             }
             block.iter().for_each(|_| context.job.progress.advance());
         }

@@ -6,6 +6,7 @@ mod fog;
 mod frame;
 mod grid;
 mod mapped;
+mod noise;
 mod passes;
 mod places;
 mod shade;
@@ -16,7 +17,7 @@ mod upsample;
 
 use crate::frame::Frame;
 use crate::frame::cache::Cache;
-use crate::light::Light;
+use crate::light::Source;
 use crate::probe::{Band, Prober, RayAnswer};
 use crate::progress::{Interrupted, Progress};
 use crate::request::{ProbeRay, View};
@@ -53,8 +54,7 @@ impl Cpu {
         let geometry = self.cache.geometry(scene, progress)?;
         let bands = self.cache.bands(scene, progress)?;
         let bands = bands.each().iter().map(|field| {
-            let from_light =
-                |light: &Light| self.cache.exact_to_light(field, light.source(), progress);
+            let from_light = |source: Source| self.cache.exact_to_light(field, source, progress);
             Band::new(scene, field, from_light)
         });
         let bands = bands.collect::<Result<Vec<_>, _>>()?;

@@ -15,6 +15,7 @@ use crate::geometry::batch::{Fogged, Row};
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
 use crate::media::Field;
+use crate::media::noise::Bend;
 use crate::phase::PhaseFunction;
 use crate::request::Quality;
 use crate::scene::Camera;
@@ -38,6 +39,7 @@ pub struct Tracing {
 pub struct Fogging {
     traced: Same<Traced>,
     field: Same<Field>,
+    noise: Option<Bend>,
     method: Method,
     /// The group, and where its light goes.
     group: Option<(usize, PhaseFunction)>,
@@ -85,6 +87,7 @@ impl Fogging {
         Self {
             traced: Same::new(traced),
             field: Same::new(context.field),
+            noise: context.noise.clone(),
             method: if context.shows_airlight() { context.method } else { Method::None },
             group: scatter.map(|i| (of(i).group, of(i).phase)),
             quality: context.view.quality,

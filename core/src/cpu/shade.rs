@@ -4,13 +4,14 @@ use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
+use crate::geometry::{Beyond, Origin};
 use crate::light::least_distance;
 use crate::media::{Legs, Near, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::surface::attenuated::{diffuse, specular};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Optical depth from one light to every hit; of what is smooth alone if the job is over, and none if that light
 /// comes as in clear air.
@@ -19,10 +20,19 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
     if context.is_clear {
         return [0.0; SIZE];
     }
+    let lit = (0..rays.count).filter(|at| hits.surface[*at] != NOTHING);
+    let apex = match lamp.source.origin() {
+        Origin::At(apex) => apex,
+        Origin::Beyond(beyond) => {
+            let points = dispatch!(job.level, simd => ends(simd, rays, hits));
+            let looks_up = context.looks_up_lights();
+            return from_beyond(context, lamp, &beyond, &points, lit, looks_up);
+        }
+    };
     let ways = dispatch!(job.level, simd => Ways::to_hits(simd, lamp, rays, hits));
     let mut depth = [0.0; SIZE];
     let is_unlit = hits.surface.iter().all(|s| *s == NOTHING);
-    let haze = field.smooth(lamp.source.apex(), Legs::OfLights);
+    let haze = field.smooth(apex, Legs::OfLights);
     haze.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
     if is_unlit || field.lumps() == 0 || job.progress.is_over() {
         return depth;
@@ -31,8 +41,7 @@ pub fn light_depth(context: &Context, lamp: &Lamp, rays: &Rays, hits: &Hits) -> 
         dispatch!(job.level, simd => add_tabled(simd, table, &ways, &mut depth));
         return depth;
     }
-    let lit = (0..rays.count).filter(|at| hits.surface[*at] != NOTHING);
-    let near = ways.near(context, lamp, lit);
+    let near = ways.near(context, apex, lit);
     near.add_depth(job, &ways.rays, false, &ways.length, &mut depth);
     depth
 }
@@ -43,6 +52,84 @@ fn add_tabled<S: Simd>(simd: S, table: &LightTable, ways: &Ways, depth: &mut Row
         let length = Lanes::load(simd, &ways.length[at..]);
         let mean = table.means(simd, load3(simd, &ways.rays.direction, at).scale(length));
         mean.mul_add(length, Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
+    }
+}
+
+/// Where rays end, from the camera [m].
+#[inline(always)]
+fn ends<S: Simd>(simd: S, rays: &Rays, hits: &Hits) -> Rows {
+    let mut points = [[0.0; SIZE]; 3];
+    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        let length = Lanes::load(simd, &hits.length[at..]);
+        let way = load3(simd, &rays.direction, at).scale(length);
+        let point = load3(simd, &rays.offset, at) + way;
+        let [x, y, z] = &mut points;
+        point.x.store(&mut x[at..]);
+        point.y.store(&mut y[at..]);
+        point.z.store(&mut z[at..]);
+    }
+    points
+}
+
+/// T of light that comes side by side to points given relative to the camera, of its lumps to those that are
+/// `wanted`; of what is smooth alone if the job is over.
+pub fn from_beyond(
+    context: &Context,
+    lamp: &Lamp,
+    beyond: &Beyond,
+    points: &Rows,
+    wanted: impl Iterator<Item = usize> + Clone,
+    looks_up: bool,
+) -> Row {
+    let Context { job, field, viewpoint, .. } = context;
+    let mut depth = [0.0; SIZE];
+    let [x, y, z] = points;
+    let haze = field.smooth(viewpoint.position, Legs::OfLights);
+    haze.add_beyond(job.level, beyond, [x, y, z], &mut depth);
+    if field.lumps() == 0 || wanted.clone().next().is_none() || job.progress.is_over() {
+        return depth;
+    }
+    if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| looks_up) {
+        let apex = table.apex() - viewpoint.position;
+        dispatch!(job.level, simd => add_from_table(simd, table, apex, points, &mut depth));
+        return depth;
+    }
+    let middle = middle(points, wanted.clone());
+    let ways = Ways::beyond(beyond, points, middle);
+    let radius2 = wanted.map(|at| get3(points, at).distance_squared(middle)).fold(0.0, f32::max);
+    let radius = f64::from(radius2.sqrt()) * 1.000_001;
+    let origin = viewpoint.position + middle.as_dvec3();
+    let axis = beyond.toward;
+    let length = field.reach(origin) + radius;
+    let bundle = Bundle { origin, axis, radius, tan: 0.0, length };
+    let near = field.near_lumps(job.level, bundle, 0.0, Purpose::Depth);
+    let length = [length as f32; SIZE];
+    near.add_depth(job, &ways, true, &length, &mut depth);
+    depth
+}
+
+/// The middle of the box around some points.
+fn middle(points: &Rows, wanted: impl Iterator<Item = usize>) -> Vec3 {
+    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for at in wanted {
+        let point = get3(points, at);
+        (min, max) = (min.min(point), max.max(point));
+    }
+    0.5 * (min + max)
+}
+
+#[inline(always)]
+fn add_from_table<S: Simd>(
+    simd: S,
+    table: &LightTable,
+    apex: DVec3,
+    points: &Rows,
+    depth: &mut Row,
+) {
+    let apex = V3::splat(simd, apex.as_vec3().to_array());
+    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        let way = load3(simd, points, at) - apex;
+        (table.means(simd, way) + Lanes::load(simd, &depth[at..])).store(&mut depth[at..]);
     }
 }
 
@@ -57,7 +144,7 @@ pub struct Ways {
 impl Ways {
     /// To points given relative to the camera: there their own digits are not lost far away.
     pub fn new(lamp: &Lamp, count: usize, point: impl Fn(usize) -> Vec3) -> Self {
-        let apex = lamp.from_camera.apex().as_vec3();
+        let apex = lamp.from_camera.place().as_vec3();
         let (mut rays, mut length) = (Rays::empty(), [0.0; SIZE]);
         rays.count = count;
         for (at, length) in length.iter_mut().enumerate().take(count) {
@@ -72,7 +159,7 @@ impl Ways {
     /// To where rays end.
     #[inline(always)]
     fn to_hits<S: Simd>(simd: S, lamp: &Lamp, from: &Rays, hits: &Hits) -> Self {
-        let apex = V3::splat(simd, lamp.from_camera.apex().as_vec3().to_array());
+        let apex = V3::splat(simd, lamp.from_camera.place().as_vec3().to_array());
         let (mut rays, mut length) = (Rays::empty(), [0.0; SIZE]);
         rays.count = from.count;
         for at in (0..from.count).step_by(Lanes::<S>::COUNT) {
@@ -91,11 +178,22 @@ impl Ways {
         Self { rays, length }
     }
 
-    /// What matters of the lumps between the light and some of the points.
+    /// From points to beyond everything; they start relative to a place.
+    fn beyond(beyond: &Beyond, points: &Rows, middle: Vec3) -> Rays {
+        let mut rays = Rays::empty();
+        for at in 0..SIZE {
+            let start = get3(points, at) - middle;
+            rays.set_ray(at, (start.as_dvec3(), beyond.toward));
+        }
+        rays.count = SIZE;
+        rays
+    }
+
+    /// What matters of the lumps between the light at `origin` and some of the points.
     pub fn near(
         &self,
         context: &Context,
-        lamp: &Lamp,
+        origin: DVec3,
         places: impl Iterator<Item = usize> + Clone,
     ) -> Sum<dyn Near> {
         let from_light = |at: usize| get3(&self.rays.direction, at) * self.length[at];
@@ -108,7 +206,6 @@ impl Ways {
         let middle = 0.5 * (min + max);
         let radius2 = places.map(|at| from_light(at).distance_squared(middle)).fold(0.0, f32::max);
         let radius = f64::from(radius2.sqrt()) * 1.000_001;
-        let origin = lamp.source.apex();
         let center = origin + middle.as_dvec3();
         // A light among the points: they lie all around it.
         let (bundle, shortest) = match Bundle::toward_ball(origin, center, radius) {

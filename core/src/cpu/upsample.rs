@@ -70,10 +70,7 @@ impl Low {
             context.job.progress.advance();
             (hits, fogged, depths)
         });
-        let images = context
-            .lamps
-            .iter()
-            .filter_map(|lamp| context.viewpoint.project(lamp.from_camera.apex()));
+        let images = context.lamps.iter().filter_map(|lamp| lamp.image(&context.viewpoint));
         let glows = images.map(|at| (at.x, at.y)).collect();
         let mut low = Self { grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
         for (hits, fogged, depths) in tiles? {

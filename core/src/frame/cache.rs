@@ -104,7 +104,7 @@ impl Cache {
         light: Source,
         progress: &Progress,
     ) -> Result<Arc<CenterDepths>, Interrupted> {
-        let make = || Ok(CenterDepths::new(field, Eye::Point(light.apex())));
+        let make = || Ok(CenterDepths::new(field, Eye::Point(light.place())));
         self.exact_to_light.get(&(Same::new(field), light), progress, make)
     }
 

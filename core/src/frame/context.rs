@@ -5,13 +5,14 @@ use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
 use crate::light::Source;
+use crate::media::noise::Bend;
 use crate::media::{Field, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
 use crate::scene::{CheckedScene, Material, SurfaceLighting};
 use crate::shapes::Geometry;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// A light as the passes need it.
@@ -24,6 +25,13 @@ pub struct Lamp {
     pub strength: DVec3,
     /// For the mapped airlight, where many blobs shade the light.
     pub table: Arc<Option<LightTable>>,
+}
+
+impl Lamp {
+    /// Where it appears in the picture [px], if it stands somewhere in front of the camera.
+    pub fn image(&self, viewpoint: &Viewpoint) -> Option<DVec2> {
+        viewpoint.project(self.from_camera.apex()?)
+    }
 }
 
 /// What a group of terms scatters of a lamp.
@@ -71,6 +79,8 @@ pub struct Context<'a> {
     pub background: [f32; 10],
     /// Radiance of the veil.
     pub ambient: [f32; 3],
+    /// What bends view rays before blobs, if anything does.
+    pub noise: Option<Bend>,
     /// What is asked for.
     pub view: View,
 }
@@ -87,7 +97,7 @@ impl<'a> Context<'a> {
         let grid = Grid { width: view.width as usize, height: view.height as usize };
         let viewpoint = Viewpoint::new(&scene.camera, grid.width, grid.height);
         let lamps = scene.lights().map(|(_, light)| {
-            let (source, strength) = (light.source(), light.strength());
+            let (source, strength) = (scene.source(light), light.strength());
             let from_camera = source.seen_from(viewpoint.position);
             Lamp { source, from_camera, strength, table: Arc::default() }
         });
@@ -103,13 +113,14 @@ impl<'a> Context<'a> {
             grid,
             far_m: scene.far_m as f32,
             scatters: scatters(&lamps, &scatterings),
-            method: asked.matched(&scatterings, field),
+            method: scene.matched(asked, field),
             lamps,
             is_clear: scene.fog.surface_lighting == SurfaceLighting::Clear,
             lit_blobs: Vec::new(),
             materials: geometry.materials.iter().map(numbers).collect(),
             background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
             ambient: scene.fog.ambient.0.map(|v| v as f32),
+            noise: Bend::new(&scene.fog.noise, scene.time_s).filter(|_| field.lumps() > 0),
             view: *view,
         }
     }

@@ -5,9 +5,13 @@
 //! interpolated by cubics in all three coordinates; for the eye by straight lines. Around a light among the blobs, directions are
 //! those of a cube's six faces; a light far from them sees them through one window. A face is one
 //! sample wider on each side, so that no cubic reaches over an edge.
+//!
+//! Of light that comes side by side from beyond everything T itself is tabulated, on a square across its way and at
+//! even steps along it.
 
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each, PADDED};
+use crate::geometry::{Beyond, Origin};
 use crate::media::{Field, Outline, Purpose};
 use crate::num::{Lanes, Num};
 use crate::progress::{Interrupted, Job};
@@ -54,17 +58,19 @@ impl Fineness {
     }
 }
 
-/// T(s, x)/d of a scene's blobs around one light.
+/// T(s, x)/d of a scene's blobs around one light; of one beyond everything T.
 #[derive(Debug)]
 pub struct LightTable {
+    /// From where places are counted [m].
+    apex: DVec3,
     /// The directions of the only face; `None` for those of a cube.
     window: Option<Window>,
     /// Samples along the side of a face, without those beyond its edges.
     side: usize,
     shells: usize,
-    /// ln of the first shell's radius [m].
+    /// ln of the first shell's radius [m]; where all ways are parallel how far the first lies.
     first: f32,
-    /// Shells per unit of ln r.
+    /// Shells per unit of that.
     density: f32,
     /// Whether straight lines are drawn between samples, which then stand where they fit those best.
     lines: bool,
@@ -77,8 +83,9 @@ pub struct LightTable {
 struct Window {
     /// Across, down, and towards the fog's middle.
     axes: [DVec3; 3],
-    /// Tangent of half the angle across.
+    /// Tangent of half the angle across; of parallel ways half the side [m].
     reach: f64,
+    is_parallel: bool,
 }
 
 impl Window {
@@ -90,8 +97,27 @@ impl Window {
         let tangent = radius / (distance * distance - radius * radius).max(0.0).sqrt();
         let toward = (middle - apex).normalize_or_zero();
         let (across, down) = toward.any_orthonormal_pair();
-        (tangent < 1.0).then_some(Self { axes: [across, down, toward], reach: tangent })
+        let axes = [across, down, toward];
+        (tangent < 1.0).then_some(Self { axes, reach: tangent, is_parallel: false })
     }
+}
+
+/// What light that comes side by side meets: the place in front of all lumps from which a table of it counts, its
+/// window, and the spacing of samples that each lump needs [m].
+fn side_by_side(field: &Field, beyond: &Beyond) -> Option<(DVec3, Window, Vec<f64>)> {
+    /// As seen from so many times the lumps' extent all ways are parallel.
+    const FAR: f64 = 1e6;
+    let Outline { min, max, .. } = field.outline(DVec3::ZERO);
+    let (middle, reach) = (0.5 * (min + max), 0.5 * min.distance(max));
+    if !reach.is_finite() {
+        return None;
+    }
+    let away = FAR * reach;
+    let spacings = field.outline(middle + away * beyond.toward).spacings;
+    let (across, down) = beyond.toward.any_orthonormal_pair();
+    let window = Window { axes: [across, down, -beyond.toward], reach, is_parallel: true };
+    let spacings = spacings.into_iter().map(|spacing| away * spacing).collect();
+    Some((middle + reach * beyond.toward, window, spacings))
 }
 
 /// Geometry of a table: spacing of samples [rad], nearest and farthest shell [m].
@@ -123,11 +149,15 @@ impl LightTable {
     pub fn new(
         job: &Job,
         field: &Field,
-        apex: DVec3,
+        origin: Origin,
         fineness: Fineness,
     ) -> Result<Option<Self>, Interrupted> {
-        let Some(mut table) = Self::empty(field, apex, fineness) else { return Ok(None) };
-        table.fill(job, field, apex)?;
+        let empty = match origin {
+            Origin::At(apex) => Self::empty(field, apex, fineness),
+            Origin::Beyond(beyond) => Self::empty_beyond(field, &beyond, fineness),
+        };
+        let Some(mut table) = empty else { return Ok(None) };
+        table.fill(job, field)?;
         if table.lines {
             table.values = table.fitted();
         }
@@ -153,6 +183,7 @@ impl LightTable {
         let density = (shells - 3) as f64 / span;
         let first = near.ln() - 1.0 / density;
         Some(Self {
+            apex,
             window,
             side,
             shells,
@@ -163,7 +194,31 @@ impl LightTable {
         })
     }
 
-    fn fill(&mut self, job: &Job, field: &Field, apex: DVec3) -> Result<(), Interrupted> {
+    /// The same for light that comes side by side.
+    fn empty_beyond(field: &Field, beyond: &Beyond, fineness: Fineness) -> Option<Self> {
+        let Fineness { samples, lines } = fineness;
+        let (apex, window, spacings) = side_by_side(field, beyond)?;
+        let (reach, most_shells) = (window.reach, MOST_SHELLS[1]);
+        let most = ((samples / most_shells) as f64).sqrt() as usize;
+        let outline = Outline { near: reach, far: reach, spacings, ..Outline::default() };
+        let spacing = Extent::new(outline, reach, most.saturating_sub(3))?.spacing;
+        let side = (2.0 * reach / spacing).ceil() as usize + 1;
+        let shells = (2.0 * reach / spacing).ceil().min((most_shells - 3) as f64) as usize + 3;
+        // One shell stands before the first and one after the last.
+        let density = (shells - 3) as f64 / (2.0 * reach);
+        Some(Self {
+            apex,
+            window: Some(window),
+            side,
+            shells,
+            first: (-1.0 / density) as f32,
+            density: density as f32,
+            lines,
+            values: vec![0.0; (side + 2) * (side + 2) * shells],
+        })
+    }
+
+    fn fill(&mut self, job: &Job, field: &Field) -> Result<(), Interrupted> {
         let (wide, shells) = (self.side + 2, self.shells);
         let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
@@ -175,10 +230,10 @@ impl LightTable {
         });
         bands.collect::<Vec<_>>().into_par_iter().try_for_each(|(face, row, part)| {
             for column in (0..wide).step_by(GROUP) {
-                let place = |i: usize| self.direction(face, row + i / GROUP, column + i % GROUP);
+                let place = |i: usize| self.ray(face, row + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
-                for (i, shells_of) in group(job, field, apex, &square, &t)?.into_iter().enumerate()
-                {
+                let depths = self.group(job, field, &square, &t)?;
+                for (i, shells_of) in depths.into_iter().enumerate() {
                     let (y, x) = (i / GROUP, column + i % GROUP);
                     let at = (y * wide + x) * shells;
                     if x < wide && at < part.len() {
@@ -227,12 +282,22 @@ impl LightTable {
         size_of_val(self.values.as_slice())
     }
 
+    /// From where places are counted [m].
+    pub fn apex(&self) -> DVec3 {
+        self.apex
+    }
+
+    /// Whether all ways are parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.window.is_some_and(|window| window.is_parallel)
+    }
+
     /// Axes of the only face, across, down and towards the fog; zero for the faces of a cube.
     pub fn axes(&self) -> [DVec3; 3] {
         self.window.map_or([DVec3::ZERO; 3], |window| window.axes)
     }
 
-    /// Tangent of half the angle across the only face; 0 for those of a cube.
+    /// Tangent of half the angle across the only face, or half its side [m]; 0 for those of a cube.
     pub fn reach(&self) -> f32 {
         self.window.map_or(0.0, |window| window.reach as f32)
     }
@@ -249,38 +314,79 @@ impl LightTable {
     }
 
     fn radius(&self, shell: usize) -> f64 {
-        (f64::from(self.first) + shell as f64 / f64::from(self.density)).exp()
+        let at = f64::from(self.first) + shell as f64 / f64::from(self.density);
+        if self.is_parallel() { at.max(0.0) } else { at.exp() }
     }
 
-    /// The direction of a sample.
-    fn direction(&self, face: usize, row: usize, column: usize) -> DVec3 {
+    /// The way that a sample stands for: its start and its direction.
+    fn ray(&self, face: usize, row: usize, column: usize) -> (DVec3, DVec3) {
         let at = |i: usize| -1.0 + (i as f64 - 1.0) * 2.0 / (self.side - 1) as f64;
         let (u, v) = (at(column), at(row));
-        if let Some(Window { axes: [across, down, toward], reach }) = self.window {
-            return (toward + reach * (u * across + v * down)).normalize();
+        if let Some(Window { axes: [across, down, toward], reach, is_parallel }) = self.window {
+            let aside = reach * (u * across + v * down);
+            if is_parallel {
+                return (self.apex + aside, toward);
+            }
+            return (self.apex, (toward + aside).normalize());
         }
         let major = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-        match face / 2 {
+        let direction = match face / 2 {
             0 => DVec3::new(major, u, v),
             1 => DVec3::new(v, major, u),
             _ => DVec3::new(u, v, major),
-        }
-        .normalize()
+        };
+        (self.apex, direction.normalize())
     }
 
-    /// The blobs' mean extinction between the light and points relative to it [1/m]: by cubics in all three
-    /// coordinates, or by straight lines, which cost a third.
+    /// T/d of the lumps at every shell, or T, for each of some ways.
+    fn group(
+        &self,
+        job: &Job,
+        field: &Field,
+        square: &[(DVec3, DVec3)],
+        t: &[Each],
+    ) -> Result<Vec<Vec<f32>>, Interrupted> {
+        let longest = f64::from(t[t.len() - 1][0]);
+        let around = Bundle::around(square, longest);
+        let bundle = around.unwrap_or(Bundle::all_around(self.apex, longest));
+        let lumps = field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched();
+        let mut all = Vec::with_capacity(square.len());
+        let rows = (LUMPS_A_LOOK / lumps.terms().max(1)).max(1);
+        let is_parallel = self.is_parallel();
+        for rays in square.chunks(PADDED) {
+            job.progress.check()?;
+            let control = Control::new(|c| {
+                let (start, direction) = rays[c % rays.len()];
+                (if is_parallel { start - bundle.origin } else { DVec3::ZERO }, direction)
+            });
+            let lumps = lumps.on_rays(job.level, &control, is_parallel, 0.0);
+            let mut depth = Vec::with_capacity(t.len());
+            for t in t.chunks(rows) {
+                job.progress.check()?;
+                depth.extend(lumps.depth(job.level, t));
+            }
+            for c in 0..rays.len() {
+                let by = |t: &Each| if is_parallel { 1.0 } else { t[c] };
+                all.push(depth.iter().zip(t).map(|(depth, t)| depth[c] / by(t)).collect());
+            }
+        }
+        Ok(all)
+    }
+
+    /// The blobs' mean extinction between the light and points relative to [`LightTable::apex`] [1/m], or T of
+    /// light that comes side by side: by cubics in all three coordinates, or by straight lines, which cost a third.
     #[inline(always)]
     pub fn means<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> Lanes<S> {
         let distance = way.length_squared().sqrt();
+        let (is_parallel, along) = self.along(simd, way);
         let (face, u, v, seen) = self.on_face(simd, way, distance);
         let half = Lanes::splat(simd, 0.5 * (self.side - 1) as f32);
         let last = Lanes::splat(simd, (self.side - 2) as f32);
         let (column, x) = cell(u.mul_add(half, half), last);
         let (row, y) = cell(v.mul_add(half, half), last);
         let one = distance.lit(1.0);
-        let radial =
-            (distance.ln() - Lanes::splat(simd, self.first)) * Lanes::splat(simd, self.density);
+        let radial = if is_parallel { along } else { distance.ln() };
+        let radial = (radial - Lanes::splat(simd, self.first)) * Lanes::splat(simd, self.density);
         let end = Lanes::splat(simd, (self.shells - 2) as f32);
         let (shell, r) = cell(radial.max(one), end - one);
         let r = r.min(one);
@@ -295,9 +401,23 @@ impl LightTable {
             }
             Lanes::load(simd, &sums)
         };
+        if is_parallel {
+            return sum.max(one.lit(0.0)) * seen;
+        }
         // Behind the last shell nothing is added.
         let beyond = (radial - end).max(one.lit(0.0)) / Lanes::splat(simd, self.density);
         sum.max(one.lit(0.0)) * (-beyond).exp() * seen
+    }
+
+    /// Whether all ways are parallel, and how far along them a place lies [m].
+    #[inline(always)]
+    fn along<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> (bool, Lanes<S>) {
+        match self.window {
+            Some(Window { axes: [_, _, toward], is_parallel: true, .. }) => {
+                (true, way.dot(V3::splat(simd, toward.as_vec3().to_array())))
+            }
+            _ => (false, way.x),
+        }
     }
 
     /// Straight lines in all three coordinates, from the eight samples around a place.
@@ -341,10 +461,11 @@ impl LightTable {
     ) -> (Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>) {
         let (zero, one) = (distance.lit(0.0), distance.lit(1.0));
         let least = distance.lit(f64::from(f32::MIN_POSITIVE));
-        if let Some(Window { axes, reach }) = self.window {
+        if let Some(Window { axes, reach, is_parallel }) = self.window {
             let [across, down, toward] =
                 axes.map(|axis| way.dot(V3::splat(simd, axis.as_vec3().to_array())));
-            let scale = one / (toward * one.lit(reach)).max(least);
+            let ahead = if is_parallel { one } else { toward };
+            let scale = one / (ahead * one.lit(reach)).max(least);
             let (u, v) = (across * scale, down * scale);
             let seen = Lanes::select(zero.lt(toward), one, zero);
             let seen = Lanes::select(one.lt(u.abs().max(v.abs())), zero, seen);
@@ -412,35 +533,4 @@ fn cubic<N: Num>(x: N) -> [N; 4] {
         -(outer * end) * x.lit(0.5),
         outer * after * sixth,
     ]
-}
-
-/// T/d of the lumps at every shell, for each direction of a group.
-fn group(
-    job: &Job,
-    field: &Field,
-    apex: DVec3,
-    square: &[DVec3],
-    t: &[Each],
-) -> Result<Vec<Vec<f32>>, Interrupted> {
-    let longest = f64::from(t[t.len() - 1][0]);
-    let rays: Vec<_> = square.iter().map(|direction| (apex, *direction)).collect();
-    let around = Bundle::around(&rays, longest);
-    let bundle = around.unwrap_or(Bundle::all_around(apex, longest));
-    let lumps = field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched();
-    let mut all = Vec::with_capacity(square.len());
-    let rows = (LUMPS_A_LOOK / lumps.terms().max(1)).max(1);
-    for rays in square.chunks(PADDED) {
-        job.progress.check()?;
-        let control = Control::new(|c| (DVec3::ZERO, rays[c % rays.len()]));
-        let lumps = lumps.on_rays(job.level, &control, false, 0.0);
-        let mut depth = Vec::with_capacity(t.len());
-        for t in t.chunks(rows) {
-            job.progress.check()?;
-            depth.extend(lumps.depth(job.level, t));
-        }
-        for c in 0..rays.len() {
-            all.push(depth.iter().zip(t).map(|(depth, t)| depth[c] / t[c]).collect());
-        }
-    }
-    Ok(all)
 }

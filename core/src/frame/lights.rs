@@ -18,7 +18,7 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     let (field, job, eye) = (context.field, &context.job, context.viewpoint.eye());
     let to_eye = fogshop2007::depths(job, field, |center| eye.facing(center))?;
     let side = |lamp: &Lamp| {
-        let make = || fogshop2007::depths(job, field, |_| lamp.source.apex());
+        let make = || fogshop2007::depths(job, field, |_| lamp.source.place());
         let to_light = cache.to_light(field, lamp.source, job.progress, make)?;
         job.progress.check()?;
         let side = LightSide::new(field, eye, lamp.source, &to_eye, &to_light);
@@ -43,7 +43,7 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
         let (field, light) = (context.field, lamp.source);
         let make = || {
             makes = true;
-            LightTable::new(&context.job, field, light.apex(), fineness)
+            LightTable::new(&context.job, field, light.origin(), fineness)
         };
         cache.light_table(field, light, fineness, context.job.progress, make)
     };

@@ -6,6 +6,8 @@ pub mod bundle;
 pub mod cone;
 pub mod control;
 pub mod hierarchy;
+mod origin;
 pub mod ray;
 
+pub use origin::{Beyond, Origin};
 pub use ray::Ray;

@@ -15,8 +15,9 @@ use crate::frame::lights::light_sides;
 use crate::frame::samples;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Grid;
+use crate::geometry::{Beyond, Origin};
 use crate::kept::{Kept, Most, Same};
-use crate::light::Source;
+use crate::light::{Source, sun};
 use crate::media::gaussians::Gaussian;
 use crate::media::{Field, Media, PICTURE_LOSS, Words};
 use crate::phase::PhaseFunction;
@@ -69,7 +70,9 @@ impl Tables {
             let reach = table.reach();
             let own = begin as u32;
             begin += table.values().len();
-            Extent { across, reach, down, first, toward, density, side, shells, begin: own }
+            let parallel = u32::from(table.is_parallel());
+            let begin = own;
+            Extent { across, reach, down, first, toward, density, side, shells, begin, parallel }
         };
         let extents = layout::list(tables().map(extent).collect());
         let samples = device.buffer(4 * begin.max(1) as u64, SAMPLES)?;
@@ -369,8 +372,20 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
 
 fn lamps(context: &Context) -> Vec<Lamp> {
     let lamp = |lamp: &crate::frame::context::Lamp| {
-        let position = lamp.from_camera.apex().as_vec3();
-        Lamp { position, distance_m: position.length(), strength: lamp.strength.as_vec3() }
+        let strength = lamp.strength.as_vec3();
+        match lamp.from_camera.origin() {
+            Origin::At(apex) => {
+                let (position, distance_m) = (apex.as_vec3(), apex.length() as f32);
+                Lamp { position, distance_m, strength, path_m: 0.0, toward: Vec3::ZERO }
+            }
+            Origin::Beyond(Beyond { toward, path_m }) => {
+                let table = lamp.table.as_ref().as_ref().map(LightTable::apex);
+                let position = table.map_or(DVec3::ZERO, |apex| apex - context.viewpoint.position);
+                let (toward, path_m) = (toward.as_vec3(), path_m as f32);
+                let distance_m = sun::DISTANCE_M as f32;
+                Lamp { position: position.as_vec3(), distance_m, strength, path_m, toward }
+            }
+        }
     };
     context.lamps.iter().map(lamp).collect()
 }

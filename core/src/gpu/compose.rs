@@ -60,12 +60,32 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
         sum("extinction", "group: u32, point: vec3<f32>", ", point", "f32"),
         sum("mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
         sum("view_mean", "a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
+        sum(
+            "beyond",
+            "point: vec3<f32>, toward: vec3<f32>, path_m: f32",
+            ", point, toward, path_m",
+            "f32",
+        ),
         sum("group_view_mean", "group: u32, a: vec3<f32>, b: vec3<f32>", ", a, b", "f32"),
         sum("bounds", "", "", "vec2<f32>"),
         "fn depth(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
     return length_m * view_mean(origin, origin + length_m * direction);
 }\n"
             .to_owned(),
+        "fn span(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
+    var ends = vec2<f32>(3e38, -3e38);
+"
+            .to_owned(),
+        each(
+            "    for (var i = 0u; i < arrayLength(&STEM_rows); i++) {
+        let own = STEM::span(STEM_rows[i].row, origin, direction, length_m);
+        ends = vec2<f32>(min(ends.x, own.x), max(ends.y, own.y));
+    }
+",
+        ),
+        "    return ends;
+}
+".to_owned(),
         "fn edge_count() -> u32 {\n    var count = 0u;\n".to_owned(),
         each("    count += STEM::EDGES * arrayLength(&STEM_rows);\n"),
         "    return count;\n}\n".to_owned(),

@@ -40,8 +40,10 @@ rows! {
     }
     /// A part of a list that one dispatch works on.
     Span in "fogbank::view" { first: u32, end: u32, lamp: u32, slot: u32 }
-    /// A point light.
-    Lamp in "fogbank::lamp" { position: Vec3, distance_m: f32, strength: Vec3 }
+    /// A light.
+    Lamp in "fogbank::lamp" {
+        position: Vec3, distance_m: f32, strength: Vec3, path_m: f32, toward: Vec3
+    }
     /// What a group of terms scatters of a lamp.
     Scatter in "fogbank::lamp" { colour: Vec3, g: f32, lamp: u32, group: u32, share: f32 }
     /// A Gaussian.
@@ -68,7 +70,7 @@ rows! {
     /// What a light's table covers.
     Extent in "fogbank::grid::light_table" {
         across: Vec3, reach: f32, down: Vec3, first: f32, toward: Vec3, density: f32, side: f32,
-        shells: f32, begin: u32
+        shells: f32, begin: u32, parallel: u32
     }
     /// A plane, a sphere or a box.
     Shape in "shapes" { first: Vec4, second: Vec4, kind: u32, surface: u32 }

@@ -117,7 +117,8 @@ impl Gpu {
             Method::Auto => context.is_for_the_eye() || context.scatters.is_empty(),
             Method::Reference | Method::March(_) => false,
         };
-        has_pass || !context.shows_airlight()
+        // Noise is the CPU's.
+        context.noise.is_none() && (has_pass || !context.shows_airlight())
     }
 
     /// Renders one layer; `None` if there is no pass for it.

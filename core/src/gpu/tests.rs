@@ -122,6 +122,34 @@ fn every_medium_is_the_cpus() {
     }
 }
 
+/// The sun through every medium, and through so many blobs that they stand in a table: the light that it scatters,
+/// and what reaches surfaces.
+#[test]
+fn the_sun_is_the_cpus() {
+    let gpu = gpu();
+    let blob = |i: usize| {
+        let at = [i % 5, i / 5].map(|k| 1.3 * k as f64 - 2.5);
+        format!(
+            r#"{{"center": [{}, {}, {}], "radius": 0.8, "extinction": 0.3}}"#,
+            at[0],
+            0.2 * i as f64,
+            at[1]
+        )
+    };
+    let blobs: Vec<_> = (0..20).map(blob).collect();
+    let many = format!(r#"[{{"kind": "gaussians", "blobs": [{}]}}]"#, blobs.join(","));
+    for terms in KINDS.iter().map(|(_, _, terms)| *terms).chain([many.as_str()]) {
+        for (layer, share) in [(Layer::Surface, 1e-3), (Layer::Airlight, BOTH)] {
+            let fog = format!(r#"{{"terms": {terms}, "light_path_m": 9}}"#);
+            let scene = selftest::sunlit(&fog).expect("a scene");
+            let frames = both(&gpu, &scene, &shown_by_grid(layer, Airlight::Auto));
+            assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
+            let off = differing(&frames, share);
+            assert!(100 * off <= frames[1].pixels.len(), "{terms} {layer:?}: {off}");
+        }
+    }
+}
+
 /// Terms that scatter in ways of their own, in fog of a coloured extinction: on the grid, as published,
 /// and by Sun's closed form.
 #[test]

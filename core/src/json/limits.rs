@@ -36,7 +36,7 @@ pub const RADIUS: Range = Range::new(1e-4, 1e8);
 pub const EXTINCTION: Range = Range::new(0.0, 1e6);
 /// Meteorological visibility [m].
 pub const VISIBILITY: Range = Range::new(1e-5, 1e9);
-/// Radiant intensity [W/sr] and radiance [W/(m² sr)].
+/// Radiant intensity [W/sr], irradiance [W/m²] and radiance [W/(m² sr)].
 pub const INTENSITY: Range = Range::new(0.0, 1e12);
 /// Extinction that a member of a family adds or takes away [1/m].
 pub const SIGNED_EXTINCTION: Range = Range::new(-1e6, 1e6);
@@ -56,9 +56,11 @@ pub const RATE: Range = Range::new(0.0, 1e6);
 pub const SPREAD: Range = Range::new(0.0, 180.0);
 /// Growth of a radius as a share of itself.
 pub const GROWTH: Range = Range::new(0.0, 1e3);
+/// By how much noise shifts a blob, in its radii.
+pub const NOISE_STRENGTH: Range = Range::new(0.0, 10.0);
 /// Powers of a monomial, together.
 pub const POWER: Range = Range::new(0.0, 15.0);
-/// Sides of a map's cells [m].
+/// Sides of a map's cells, and periods of noise [m].
 pub const CELL: Range = Range::new(1e-3, 1e6);
 /// A fraction per channel: albedos.
 pub const FRACTION: Range = Range::new(0.0, 1.0);
@@ -113,6 +115,8 @@ pub const USUAL_EXTINCTION: Usual = Usual::log(1e-4, 10.0);
 pub const USUAL_VISIBILITY: Usual = Usual::log(0.3, 3e4);
 /// From a candle to a floodlight [W/sr].
 pub const USUAL_INTENSITY: Usual = Usual::log(0.1, 1e5);
+/// From a full moon to the midday sun, if a lamp's W/sr are taken as they usually are [W/m²].
+pub const USUAL_IRRADIANCE: Usual = Usual::log(1e-3, 1e3);
 /// From a moonless sky to a lamp's globe [W/(m² sr)].
 pub const USUAL_RADIANCE: Usual = Usual::log(1e-3, 1e2);
 /// Stops.

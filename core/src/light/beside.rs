@@ -24,6 +24,8 @@ pub struct ToLight<N> {
     pub closest: N,
     /// Distance of the light from the ray's line [m], floored by [`least_distance`].
     pub miss: N,
+    /// What stands for the cosine towards a light whose direction is the same everywhere; 0 for all others.
+    pub tilt: N,
 }
 
 /// What a place of a ray gets of a light.
@@ -43,7 +45,7 @@ impl<N: Num> ToLight<N> {
         let floor = least_distance(light.length_squared().sqrt());
         // Errata 17: a difference of squares would lose a small distance.
         let miss = light.cross(direction).length_squared().sqrt();
-        Self { closest: light.dot(direction), miss: miss.max(floor) }
+        Self { closest: light.dot(direction), miss: miss.max(floor), tilt: floor.lit(0.0) }
     }
 
     /// What arrives `aside` behind the closest point [m].
@@ -51,7 +53,7 @@ impl<N: Num> ToLight<N> {
     pub fn at_aside(&self, aside: N) -> Arrival<N> {
         let distance2 = aside.mul_add(aside, self.miss.squared());
         let distance = distance2.sqrt();
-        Arrival { distance, cos: -aside / distance, distance2 }
+        Arrival { distance, cos: self.tilt - aside / distance, distance2 }
     }
 
     /// The angle that the ray turns through before the light between two ray parameters [rad].
@@ -64,7 +66,8 @@ impl<N: Num> ToLight<N> {
     /// The angle between the direction in which light travels to the ray's start and that back to the eye [rad].
     #[inline(always)]
     pub fn first_angle(&self) -> N {
-        N::angle(self.miss, self.closest)
+        let sine = (self.miss.lit(1.0) - self.tilt.squared()).max(self.miss.lit(0.0)).sqrt();
+        N::angle(self.miss * sine, self.tilt.mul_add(self.miss, self.closest))
     }
 
     /// What arrives at the ray parameter `t` [m].
@@ -103,6 +106,12 @@ pub struct Toward<N> {
 }
 
 impl<N: Num> Toward<N> {
+    /// Along a unit vector, with a squared distance [m²].
+    #[inline(always)]
+    pub fn along(direction: V3<N>, distance2: N) -> Self {
+        Self { direction, distance2 }
+    }
+
     /// From the light's place relative to the point; no distance counts as less than `floor` [m].
     #[inline(always)]
     pub fn new(light: V3<N>, floor: N) -> Self {

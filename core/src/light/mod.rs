@@ -6,10 +6,13 @@
 
 mod beside;
 pub mod point;
+pub mod sun;
 
 pub use beside::{Arrival, LEAST_MISS, MISS_FLOOR, ToLight, Toward, least_distance};
 pub use point::Point;
+pub use sun::Sun;
 
+use crate::geometry::{Beyond, Origin};
 use crate::json::Checker;
 use crate::json::tagged::tagged;
 use crate::num::Num;
@@ -40,9 +43,9 @@ macro_rules! lights {
                 match self { $(Self::$Kind(light) => light.check(check, at)),* }
             }
 
-            /// Where its light comes from.
-            pub fn source(&self) -> Source {
-                match self { $(Self::$Kind(light) => Source::$Kind(light.place())),* }
+            /// Where its light comes from; fog without an end towards it counts so far [m].
+            pub fn source(&self, path_m: f64) -> Source {
+                match self { $(Self::$Kind(light) => Source::$Kind(light.place(path_m))),* }
             }
 
             /// Colour and strength, in the unit of its kind.
@@ -61,9 +64,25 @@ macro_rules! lights {
                 match self { $(Self::$Kind(place) => Self::$Kind(place.seen_from(origin))),* }
             }
 
-            /// Where the ways of its light to anywhere begin [m].
-            pub fn apex(self) -> DVec3 {
-                match self { $(Self::$Kind(place) => place.apex()),* }
+            /// Where the ways of its light to anywhere begin.
+            pub fn origin(self) -> Origin {
+                match self { $(Self::$Kind(place) => place.origin()),* }
+            }
+
+            /// The same, if that is a place [m].
+            pub fn apex(self) -> Option<DVec3> {
+                match self.origin() {
+                    Origin::At(apex) => Some(apex),
+                    Origin::Beyond(_) => None,
+                }
+            }
+
+            /// Where it stands, be it as far as the sun [m].
+            pub fn place(self) -> DVec3 {
+                match self.origin() {
+                    Origin::At(apex) => apex,
+                    Origin::Beyond(Beyond { toward, .. }) => toward * sun::DISTANCE_M,
+                }
             }
 
             /// Where it stands relative to a ray from `start` in the unit `direction`.
@@ -84,6 +103,8 @@ macro_rules! lights {
 lights! {
     /// A lamp that shines the same in all directions.
     Point = "point",
+    /// Parallel light from far away.
+    Sun = "sun",
 }
 
 /// A kind of light, as a scene says it.
@@ -100,8 +121,8 @@ pub trait LightKind {
     /// Looks at all of its numbers; `at` names its members.
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
 
-    /// Where its light comes from.
-    fn place(&self) -> Self::Place;
+    /// Where its light comes from; fog without an end towards it counts so far [m].
+    fn place(&self, path_m: f64) -> Self::Place;
 
     /// Colour and strength, in the unit of its kind.
     fn strength(&self) -> DVec3;
@@ -113,8 +134,8 @@ pub trait Shines: Copy {
     #[must_use]
     fn seen_from(self, origin: DVec3) -> Self;
 
-    /// See [`Source::apex`].
-    fn apex(self) -> DVec3;
+    /// See [`Source::origin`].
+    fn origin(self) -> Origin;
 
     /// See [`Source::beside`].
     fn beside<N: Num>(self, start: V3<N>, direction: V3<N>) -> ToLight<N>;

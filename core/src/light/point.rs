@@ -1,6 +1,7 @@
 //! A lamp without size that shines the same in all directions: I₀/d² at the distance d.
 
 use super::{LightKind, Shines, ToLight, Toward};
+use crate::geometry::Origin;
 use crate::json::{Checker, Rgb, Vec3, limits};
 use crate::num::Num;
 use crate::vector::V3;
@@ -53,7 +54,7 @@ impl LightKind for Point {
         check.triple(self.intensity.0, limits::INTENSITY, || at("intensity"));
     }
 
-    fn place(&self) -> Place {
+    fn place(&self, _path_m: f64) -> Place {
         Place(self.position.vector())
     }
 
@@ -71,8 +72,8 @@ impl Shines for Place {
         Self(self.0 - origin)
     }
 
-    fn apex(self) -> DVec3 {
-        self.0
+    fn origin(self) -> Origin {
+        Origin::At(self.0)
     }
 
     #[inline(always)]

@@ -6,9 +6,9 @@
 use super::{
     Along, Legs, Lumps, Medium, Near, OnRays, PatchCone, Patched, Search, Smooth, Ways, Words,
 };
-use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row, SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
+use crate::geometry::{Beyond, Origin, Ray};
 use crate::num::{Lanes, Num};
 use crate::progress::Job;
 use crate::vector::V3;
@@ -43,6 +43,13 @@ pub trait Closed: Clone + Debug + Send + Sync + 'static {
     #[inline(always)]
     fn view_mean<N: Num>(&self, a: V3<N>, b: V3<N>) -> N {
         self.mean(a, b)
+    }
+
+    /// T from a point to beyond everything: as far as it reaches, or as what has no end counts.
+    #[inline(always)]
+    fn beyond<N: Num>(&self, x: V3<N>, beyond: &Beyond) -> N {
+        let way = V3::lit(x.x, beyond.path_m * beyond.toward);
+        self.mean(x, x + way) * x.x.lit(beyond.path_m)
     }
 
     /// Whether view rays see it otherwise than lights do.
@@ -114,14 +121,27 @@ impl<C: Closed> Medium for C {
         OnRay::new(self, ray, length_m).depth(length_m)
     }
 
+    fn depth_beyond(&self, x: DVec3, beyond: &Beyond) -> f64 {
+        Closed::seen_from(self, x).beyond(V3::from(DVec3::ZERO), beyond)
+    }
+
     fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along> {
         Box::new(OnRay::new(self, ray, length_m))
     }
 
-    fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Box<dyn Ways> {
-        let medium = Closed::seen_from(self, apex);
-        let cost = ends.map(|end| medium.cost(end - apex)).into_iter().max().unwrap_or(0);
-        Box::new(FromApex { medium, apex, cost })
+    fn ways(&self, origin: Origin, ends: [DVec3; 2]) -> Box<dyn Ways> {
+        match origin {
+            Origin::At(apex) => {
+                let medium = Closed::seen_from(self, apex);
+                let cost = ends.map(|end| medium.cost(end - apex)).into_iter().max().unwrap_or(0);
+                Box::new(FromApex { medium, apex, cost })
+            }
+            Origin::Beyond(beyond) => {
+                let medium = Closed::seen_from(self, ends[0]);
+                let cost = medium.cost(beyond.path_m * beyond.toward);
+                Box::new(FromBeyond { medium, origin: ends[0], beyond, cost })
+            }
+        }
     }
 
     fn near(&self, _level: Level, search: &Search) -> Box<dyn Near> {
@@ -250,6 +270,26 @@ impl<C: Closed> Ways for FromApex<C> {
     }
 }
 
+/// Between beyond everything and points, seen from one of them.
+#[derive(Debug)]
+struct FromBeyond<C> {
+    medium: C,
+    origin: DVec3,
+    beyond: Beyond,
+    /// What a way costs.
+    cost: usize,
+}
+
+impl<C: Closed> Ways for FromBeyond<C> {
+    fn terms(&self) -> usize {
+        self.cost
+    }
+
+    fn depth_to(&self, point: DVec3) -> f64 {
+        self.medium.beyond((point - self.origin).into(), &self.beyond)
+    }
+}
+
 impl<C: Closed> Near for C {
     fn add_depth(&self, job: &Job, rays: &Rays, _parallel: bool, length: &Row, depth: &mut Row) {
         dispatch!(job.level, simd => add_depth(simd, self, rays, length, depth));
@@ -263,6 +303,17 @@ impl<C: Closed> Near for C {
 impl<C: Closed> Smooth for C {
     fn add_mean(&self, level: Level, apex: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]) {
         dispatch!(level, simd => add_mean(simd, self, apex, rays, t, mean));
+    }
+
+    fn add_beyond(&self, level: Level, beyond: &Beyond, points: [&[f32]; 3], depth: &mut [f32]) {
+        dispatch!(level, simd => add_beyond(simd, self, beyond, points, depth));
+    }
+
+    fn span(&self, start: DVec3, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
+        if start == DVec3::ZERO {
+            return self.extent(direction, length_m);
+        }
+        Closed::seen_from(self, start).extent(direction, length_m)
     }
 
     fn edges(&self, start: Vec3, direction: Vec3, edges: &mut Vec<f32>) {
@@ -375,6 +426,23 @@ fn add_mean<S: Simd, C: Closed>(
             let before = Lanes::load(simd, &mean[at..]);
             (medium.mean(apex, point) + before).store(&mut mean[at..]);
         }
+    }
+}
+
+/// Adds T from points to beyond everything.
+#[inline(always)]
+fn add_beyond<S: Simd, C: Closed>(
+    simd: S,
+    medium: &C,
+    beyond: &Beyond,
+    [x, y, z]: [&[f32]; 3],
+    depth: &mut [f32],
+) {
+    for at in (0..depth.len()).step_by(Lanes::<S>::COUNT) {
+        let load = |row: &[f32]| Lanes::load(simd, &row[at..]);
+        let point = V3::new(load(x), load(y), load(z));
+        let before = Lanes::load(simd, &depth[at..]);
+        (medium.beyond(point, beyond) + before).store(&mut depth[at..]);
     }
 }
 

@@ -5,6 +5,7 @@
 use super::vertical::{Profile, Uniform, Vertical};
 use super::closed::{Closed, crossing, hull};
 use super::{Moment, TermKind, Words};
+use crate::geometry::Beyond;
 use crate::json::{Albedo, Checker, Code, Spectrum, limits};
 use crate::num::Num;
 use crate::phase::Phase;
@@ -213,6 +214,15 @@ impl Closed for Haze {
         let mut sum = a.y.lit(self.uniform);
         for layer in &self.layers {
             sum = layer.profile.mean(a.y, b.y).mul_add(a.y.lit(layer.beta), sum);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn beyond<N: Num>(&self, x: V3<N>, &Beyond { toward, path_m }: &Beyond) -> N {
+        let mut sum = x.y.lit(self.uniform * path_m);
+        for layer in &self.layers {
+            sum = layer.profile.beyond(x.y, toward.y, path_m).mul_add(x.y.lit(layer.beta), sum);
         }
         sum
     }

@@ -9,21 +9,23 @@
 mod closed;
 mod groups;
 mod moment;
+pub mod noise;
 mod outline;
 pub mod sign;
 mod sum;
 mod toward;
 pub mod vertical;
 
+pub use closed::hull;
 pub use groups::{Bands, Scattering, in_channels, scatterings};
 pub use moment::{Moment, Velocity, Wind, WindKey};
 pub use outline::Outline;
 pub use sum::{Field, Knotted, Profile, Sum};
 
-use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each};
+use crate::geometry::{Beyond, Origin, Ray};
 use crate::json::tagged::tagged;
 use crate::json::{Albedo, Checker};
 use crate::phase::Phase;
@@ -267,11 +269,14 @@ pub trait Medium: Debug + Send + Sync {
     /// T along a ray of that length [m].
     fn depth(&self, ray: &Ray, length_m: f64) -> f64;
 
+    /// T from a point to beyond everything; what has no end there counts so far.
+    fn depth_beyond(&self, x: DVec3, beyond: &Beyond) -> f64;
+
     /// The medium along one ray.
     fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along>;
 
-    /// The medium between a point and the points of a segment.
-    fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Box<dyn Ways>;
+    /// The medium between where light comes from and the points of a segment.
+    fn ways(&self, origin: Origin, ends: [DVec3; 2]) -> Box<dyn Ways>;
 
     /// What matters of it to the rays of a bundle, for pictures.
     fn near(&self, level: Level, search: &Search) -> Box<dyn Near>;
@@ -355,12 +360,12 @@ pub trait Along: Debug {
     }
 }
 
-/// A medium between a point and those of a segment, in f64, to rounding.
+/// A medium between where light comes from and the points of a segment, in f64, to rounding.
 pub trait Ways: Debug {
     /// Terms that a sum has: what a call costs.
     fn terms(&self) -> usize;
 
-    /// T from the point to one of the segment.
+    /// T from there to a point of the segment.
     fn depth_to(&self, point: DVec3) -> f64;
 }
 
@@ -407,6 +412,13 @@ pub trait Smooth: Near {
     /// Adds the mean extinction, T(x, s)/d [1/m], between a light and points of rays; both relative to
     /// the origin.
     fn add_mean(&self, level: Level, apex: Vec3, rays: &Control, t: &[Each], mean: &mut [Each]);
+
+    /// Adds T from points to beyond everything; they are given relative to the origin, a row a coordinate, as many
+    /// as fill registers.
+    fn add_beyond(&self, level: Level, beyond: &Beyond, points: [&[f32]; 3], depth: &mut [f32]);
+
+    /// From where to where there is any of it on a ray from `start`, relative to the origin [m].
+    fn span(&self, start: DVec3, direction: DVec3, length_m: f64) -> Option<(f64, f64)>;
 
     /// Appends where β, or its slope, jumps on a ray [m], in the order of [`OnRays::edges`]; what it does
     /// not pass lies behind its start.

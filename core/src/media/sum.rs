@@ -6,10 +6,10 @@ use super::{
     Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
     Search, Smooth, Term, Ways,
 };
-use crate::geometry::Ray;
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each, PADDED};
+use crate::geometry::{Beyond, Origin, Ray};
 use crate::num::{Lanes, Num};
 use crate::progress::Job;
 use fearless_simd::{Level, Simd, dispatch};
@@ -80,6 +80,11 @@ impl Field {
         self.each().any(|(_, medium)| medium.is_rippled())
     }
 
+    /// No lump lies farther from a point than this [m].
+    pub fn reach(&self, from: DVec3) -> f64 {
+        self.each().map(|(_, medium)| medium.reach(from)).fold(0.0, f64::max)
+    }
+
     /// How many lumps there are.
     pub fn lumps(&self) -> usize {
         self.groups.iter().flat_map(Media::each).map(Medium::lumps).sum()
@@ -101,6 +106,16 @@ impl Field {
         self.depth(&ray, length_m)
     }
 
+    /// T from where light comes from to a point.
+    pub fn depth_from(&self, origin: Origin, to: DVec3) -> f64 {
+        match origin {
+            Origin::At(from) => self.depth_between(from, to),
+            Origin::Beyond(beyond) => {
+                total(self.each().map(|(_, medium)| medium.depth_beyond(to, &beyond)))
+            }
+        }
+    }
+
     /// All media, seen in one way.
     fn sum<T: ?Sized>(&self, see: impl Fn(&dyn Medium) -> Box<T>) -> Sum<T> {
         Sum(self.each().map(|(group, medium)| (group, see(medium))).collect())
@@ -111,9 +126,9 @@ impl Field {
         self.sum(|medium| medium.along(ray, length_m))
     }
 
-    /// The fog between a point and the points of a segment.
-    pub fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Sum<dyn Ways> {
-        self.sum(|medium| medium.ways(apex, ends))
+    /// The fog between where light comes from and the points of a segment.
+    pub fn ways(&self, origin: Origin, ends: [DVec3; 2]) -> Sum<dyn Ways> {
+        self.sum(|medium| medium.ways(origin, ends))
     }
 
     /// What matters to the rays of a bundle, none of which is shorter than `shortest_m`.
@@ -265,7 +280,7 @@ impl Sum<dyn Ways> {
         self.0.iter().map(|(_, medium)| medium.terms()).sum()
     }
 
-    /// T from the point to one of the segment.
+    /// T from there to a point of the segment.
     pub fn depth_to(&self, point: DVec3) -> f64 {
         total(self.0.iter().map(|(_, medium)| medium.depth_to(point)))
     }
@@ -295,9 +310,18 @@ impl Sum<dyn Smooth> {
     ) {
         self.0.iter().for_each(|(_, smooth)| smooth.add_mean(level, apex, rays, t, mean));
     }
-}
 
-impl Sum<dyn Smooth> {
+    /// Adds T from points to beyond everything.
+    pub fn add_beyond(
+        &self,
+        level: Level,
+        beyond: &Beyond,
+        points: [&[f32]; 3],
+        depth: &mut [f32],
+    ) {
+        self.0.iter().for_each(|(_, smooth)| smooth.add_beyond(level, beyond, points, depth));
+    }
+
     /// Whether there is nothing.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -308,6 +332,11 @@ impl Sum<dyn Smooth> {
         let mut edges = Vec::new();
         self.edges(Vec3::ZERO, Vec3::ONE, &mut edges);
         !edges.is_empty()
+    }
+
+    /// From where to where there is any of it on a ray from `start`, relative to the origin [m].
+    pub fn span(&self, start: DVec3, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
+        hull(self.0.iter().filter_map(|(_, smooth)| smooth.span(start, direction, length_m)))
     }
 
     /// Appends where β, or its slope, jumps on a ray [m].

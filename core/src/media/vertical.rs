@@ -187,6 +187,34 @@ impl Profile {
         N::select(low.lt(high), sum / (high - low), self.at(a))
     }
 
+    /// How far a way that climbs so a metre goes from a height until there is nothing left of it [m]; none if it
+    /// has no end.
+    #[inline(always)]
+    pub fn ends<N: Num>(self, y: N, climb: f64) -> Option<N> {
+        /// e^(−30) is 1e-13.
+        const GONE: f64 = 30.0;
+        let zero = y.lit(0.0);
+        let until = |height: f64| (y.lit(height) - y).max(zero);
+        match self {
+            Self::Slab { max, .. } if climb > 0.0 => Some(until(max) * y.lit(1.0 / climb)),
+            Self::Slab { min, .. } if climb < 0.0 => {
+                Some((y - y.lit(min)).max(zero) * y.lit(-1.0 / climb))
+            }
+            Self::Exponential { base, falloff } if climb > 0.0 => {
+                Some((until(base) + y.lit(GONE / falloff)) * y.lit(1.0 / climb))
+            }
+            _ => None,
+        }
+    }
+
+    /// ∫ of the share over a way that climbs so a metre, from a height to where it ends, or as far as what has no
+    /// end counts [m].
+    #[inline(always)]
+    pub fn beyond<N: Num>(self, y: N, climb: f64, path_m: f64) -> N {
+        let length = self.ends(y, climb).unwrap_or(y.lit(path_m));
+        self.mean(y, length.mul_add(y.lit(climb), y)) * length
+    }
+
     /// As the shader reads it, with an extinction [1/m]: that, the lower and the upper end, the falloff.
     pub fn row(self, extinction: f64) -> Vec4 {
         /// Higher than anything: what has no end there.

@@ -1,9 +1,11 @@
 //! The one gate: every number of a scene is looked at once, before anything is computed from it.
 
 use super::*;
+use crate::airlight::Method;
 use crate::json::limits::{self, COUNTS};
-use crate::media::Common;
+use crate::light::Source;
 use crate::media::sign::{Negative, negative};
+use crate::media::{Common, Field};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -16,6 +18,17 @@ impl CheckedScene {
     /// The enabled lights with their places in the scene's list.
     pub fn lights(&self) -> impl Iterator<Item = (usize, &Light)> {
         self.lights.iter().enumerate().filter(|(_, light)| light.enabled())
+    }
+
+    /// Where the light of one of them comes from.
+    pub fn source(&self, light: &Light) -> Source {
+        light.source(self.fog.light_path_m)
+    }
+
+    /// What computes airlight, if an estimator is asked for, in an extinction of this scene.
+    pub fn matched(&self, asked: Method, field: &Field) -> Method {
+        let sources: Vec<_> = self.lights().map(|(_, light)| self.source(light)).collect();
+        asked.matched(&self.fog.scatterings(), &sources, field)
     }
 }
 
@@ -49,6 +62,9 @@ impl Scene {
         check_surfaces(check, &self.surfaces);
         check_lights(check, &self.lights);
         check_fog(check, &self.fog, self.far_m);
+        if let Some(detail) = self.fog.refusal(&self.lights, self.fog.airlight) {
+            check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
+        }
         check.number(self.time_s, limits::TIME, || "/time_s".into());
         check.number(self.far_m, limits::FAR, || "/far_m".into());
     }
@@ -237,6 +253,8 @@ fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
     check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
     fog.phase.check(check, || "/fog/phase".into());
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
+    check.number(fog.light_path_m, limits::DISTANCE, || "/fog/light_path_m".into());
+    fog.noise.check(check, &|name| format!("/fog/noise/{name}"));
     fog.wind.check(check, &|name| format!("/fog/wind/{name}"));
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
     check_ids(check, "fog/terms", fog.terms.iter().map(|term| term.common().id));
@@ -257,8 +275,5 @@ fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
     {
         let detail = format!("the extinction is negative, {beta} 1/m, at {point} m and {time_s} s");
         check.refuse(Code::Conflict, || "/fog/terms".into(), detail);
-    }
-    if let Some(detail) = fog.refusal(fog.airlight) {
-        check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
     }
 }

@@ -4,6 +4,8 @@ use crate::airlight::{Airlight, refusal};
 use crate::json::bounded;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Rgb};
+use crate::light::Light;
+use crate::media::noise::Noise;
 use crate::media::{Bands, Moment, Scattering, Term, Wind, scatterings};
 use crate::phase::{Isotropic, Phase};
 use schemars::JsonSchema;
@@ -25,8 +27,13 @@ pub struct Fog {
     pub airlight: Airlight,
     /// How the fog between lamps and surfaces is accounted for.
     pub surface_lighting: SurfaceLighting,
+    /// Fog that sun and sky came through where the fog has no end towards them [m].
+    #[schemars(range(min = limits::DISTANCE.min, max = limits::DISTANCE.max))]
+    pub light_path_m: f64,
     /// What carries the fog along while time goes on.
     pub wind: Wind,
+    /// Irregularity of blobs and particles.
+    pub noise: Noise,
     /// What the fog is made of; extinctions add.
     #[serde(deserialize_with = "terms")]
     #[schemars(length(max = COUNTS.terms))]
@@ -41,7 +48,9 @@ impl Default for Fog {
             ambient: Rgb::splat(0.0),
             airlight: Airlight::Auto,
             surface_lighting: SurfaceLighting::Auto,
+            light_path_m: 100.0,
             wind: Wind::default(),
+            noise: Noise::default(),
             terms: Vec::new(),
         }
     }
@@ -73,9 +82,9 @@ impl Fog {
         Bands::count(&self.terms)
     }
 
-    /// Why an estimator cannot take this fog, if so.
-    pub fn refusal(&self, asked: Airlight) -> Option<String> {
-        refusal(&self.terms, &self.scatterings(), asked)
+    /// Why an estimator cannot take this fog before some lights, if so.
+    pub fn refusal(&self, lights: &[Light], asked: Airlight) -> Option<String> {
+        refusal(&self.terms, &self.scatterings(), lights, asked)
     }
 }
 

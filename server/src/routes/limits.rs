@@ -46,7 +46,7 @@ struct Ranges {
     extinction: Range,
     /// Meteorological visibility [m].
     visibility: Range,
-    /// Radiant intensity [W/sr] and radiance [W/(m² sr)].
+    /// Radiant intensity [W/sr], irradiance [W/m²] and radiance [W/(m² sr)].
     intensity: Range,
     /// Albedos.
     fraction: Range,
@@ -68,8 +68,10 @@ struct Ranges {
     divisor_growth: Range,
     /// Powers of a monomial, together.
     power: Range,
-    /// Sides of a map's cells [m].
+    /// Sides of a map's cells, and periods of noise [m].
     cell: Range,
+    /// By how much noise shifts a blob, in its radii.
+    noise_strength: Range,
     /// Particles born a second [Hz].
     rate: Range,
     /// Angles by which a direction is turned [degrees].
@@ -105,6 +107,7 @@ const RANGES: Ranges = Ranges {
     divisor_growth: limits::DIVISOR_GROWTH,
     power: limits::POWER,
     cell: limits::CELL,
+    noise_strength: limits::NOISE_STRENGTH,
     rate: limits::RATE,
     spread: limits::SPREAD,
     growth: limits::GROWTH,

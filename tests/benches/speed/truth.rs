@@ -69,7 +69,7 @@ impl Truth {
             let lamps = self.scene.lights().map(|(_, lamp)| {
                 let ProbeRay { origin, direction, .. } = *ray;
                 let ray = Ray { origin, direction };
-                march::airlight(&field, phase, lamp.source(), ray, *end, steps)
+                march::airlight(&field, phase, lamp.source(100.0), ray, *end, steps)
                     * lamp.strength()
                     * albedo
             });

@@ -31,7 +31,7 @@ impl LitBlobs {
     /// Packs a light's side of the published method.
     pub fn new(field: &Field, light: Source, side: LightSide) -> Self {
         let blobs = super::blobs(field).iter().zip(&side.exponents).map(|(blob, exponent)| {
-            let from = (blob.center - light.apex()) * blob.a;
+            let from = (blob.center - light.place()) * blob.a;
             let numbers = [from.x, from.y, from.z, *exponent];
             numbers.map(|number| number as f32)
         });

@@ -173,7 +173,7 @@ pub struct LightSide {
 impl LightSide {
     /// From the depths T(v, b) and T(s, b) of all blobs' own centres, without homogeneous part.
     pub fn new(field: &Field, eye: Eye, light: Source, to_eye: &[f64], to_light: &[f64]) -> Self {
-        let light = light.apex();
+        let light = light.place();
         let blobs = blobs(field).par_iter().zip(to_eye).zip(to_light);
         let exponents = blobs.map(|((blob, to_eye), to_light)| {
             exponent(field, blob, (eye, *to_eye), (light, *to_light))
@@ -300,7 +300,7 @@ impl Sighted {
         progress: &Progress,
     ) -> Result<f64, Interrupted> {
         let Self { ray: Ray { origin, direction }, length, .. } = *self;
-        let at = light.apex();
+        let at = light.place();
         let floor = least_distance(at.distance(origin));
         let ray = V3::from(direction);
         let to_light = from_light.get(field, &self.places, progress)?;

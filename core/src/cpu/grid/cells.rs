@@ -103,7 +103,7 @@ impl Cell {
         let mut around = |place: &Vec2| {
             let (start, direction) = grid.context.viewpoint.ray(place.as_dvec2());
             let ray = (start.as_vec3(), direction.as_vec3());
-            count(grid, ray, passed.deepest, &mut edges)
+            count(grid, ray, passed.ends, &mut edges)
         };
         self.members.iter().any(|member| passed.by(*member) != wanted)
             || self.rays().iter().any(|place| around(place) < wanted)
@@ -131,25 +131,26 @@ impl Cell {
 pub struct Passed {
     /// Batch by batch; none where the fog has no edges.
     counts: Vec<[u8; SIZE]>,
-    /// Where the block's longest ray ends [m].
-    deepest: f32,
+    /// From where to where the block's rays meet fog [m].
+    ends: [f32; 2],
 }
 
 impl Passed {
     /// By all samples of a block.
-    pub fn new(grid: &Grid, samples: &Samples, deepest: f32) -> Self {
+    pub fn new(grid: &Grid, samples: &Samples, ends: [f32; 2]) -> Self {
+        let [from, to] = ends;
         let mut edges = Vec::new();
         let of_batch = |Ends { rays, hits }: &Ends| {
             let mut counts = [0; SIZE];
             for (at, own) in counts.iter_mut().enumerate().take(rays.count) {
-                let end = hits.length[at] * (1.0 - ALIKE);
+                let end = (hits.length[at] * (1.0 - ALIKE)).min(to);
                 let ray = (get3(&rays.offset, at), get3(&rays.direction, at));
-                *own = count(grid, ray, end, &mut edges) as u8;
+                *own = count(grid, ray, [from, end], &mut edges) as u8;
             }
             counts
         };
         let counts = samples.block.iter().filter(|_| grid.has_edges).map(of_batch).collect();
-        Self { counts, deepest }
+        Self { counts, ends }
     }
 
     fn by(&self, member: Member) -> usize {
@@ -157,9 +158,9 @@ impl Passed {
     }
 }
 
-/// How many edges of the fog a ray passes before it ends; `edges` is room for them.
-fn count(grid: &Grid, ray: (Vec3, Vec3), end: f32, edges: &mut Vec<f32>) -> usize {
-    between(&grid.haze, ray, [0.0, end], edges);
+/// How many edges of the fog a ray passes between two ray parameters; `edges` is room for them.
+fn count(grid: &Grid, ray: (Vec3, Vec3), ends: [f32; 2], edges: &mut Vec<f32>) -> usize {
+    between(&grid.haze, ray, ends, edges);
     edges.len()
 }
 
@@ -210,7 +211,7 @@ pub fn of_block(samples: &Samples, corner: Vec2, side: f32) -> Vec<Cell> {
 pub fn images(context: &Context, asked: &[usize]) -> Vec<Option<Vec2>> {
     let image = |i: &usize| {
         let lamp = &context.lamps[context.scatters[*i].lamp];
-        context.viewpoint.project(lamp.from_camera.apex()).map(DVec2::as_vec2)
+        lamp.image(&context.viewpoint).map(DVec2::as_vec2)
     };
     asked.iter().map(image).collect()
 }

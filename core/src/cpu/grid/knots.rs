@@ -11,7 +11,7 @@ use crate::cpu::places::{PLACES, cone};
 use crate::frame::context::Lamp;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::ToLight;
-use crate::media::{OnRays, Patched, Smooth, Sum};
+use crate::media::{OnRays, Patched, Smooth, Sum, hull};
 use glam::{Vec2, Vec3};
 
 /// Share of the knots that lie evenly in the angles seen from the lamps.
@@ -270,7 +270,7 @@ fn evenly(grid: &Grid, met: &Sum<dyn OnRays>, reach: &Reach, area: Area) -> (Vec
 fn seen_from_near(grid: &Grid, middle: Vec2) -> impl Iterator<Item = f32> {
     let viewpoint = &grid.context.viewpoint;
     let closest = move |lamp: &Lamp| {
-        let image = viewpoint.project(lamp.from_camera.apex())?;
+        let image = lamp.image(viewpoint)?;
         let is_near = image.as_vec2().distance(middle) < 2.0 * BLOCK as f32;
         let (offset, axis) = viewpoint.ray(image);
         let to_light = lamp.from_camera.beside(offset.into(), axis.into());
@@ -317,6 +317,24 @@ fn mixture(reach: &Reach, lamps: &[ToLight<f64>], at: &[f32], removed: &[f64]) -
     at.iter().zip(removed).map(share).collect()
 }
 
+/// From where to where the rays of a block meet what is smooth [m]; all of them where none that is looked at does.
+fn hazy(grid: &Grid, area: Area, deepest: f32) -> [f32; 2] {
+    /// Rays across a block that are looked at; between them fog may begin sooner and end later by this share.
+    const ACROSS: usize = 7;
+    const ROOM: f64 = 0.1;
+    let place = |i: usize| 2.0 * i as f32 / (ACROSS - 1) as f32 - 1.0;
+    let span = |i: usize| {
+        let at = Vec2::new(place(i % ACROSS), place(i / ACROSS));
+        let (start, direction) =
+            grid.context.viewpoint.ray((area.middle + area.half * at).as_dvec2());
+        grid.haze.span(start, direction, deepest.into())
+    };
+    let Some((from, to)) = hull((0..ACROSS * ACROSS).filter_map(span)) else {
+        return [0.0, deepest];
+    };
+    [(from * (1.0 - ROOM)) as f32, (to * (1.0 + ROOM)).min(deepest.into()) as f32]
+}
+
 impl Reach {
     /// Of a block's rays, given what some of them meet; `None` if there is no fog.
     fn new(
@@ -332,7 +350,9 @@ impl Reach {
         let lumps = fog.lumps(&cone(grid.context, area.middle, &rims, deepest));
         let dense = [lumps.begin.max(0.0), lumps.end.min(deepest)];
         let dense = (dense[0] < dense[1]).then_some(dense);
-        let [from, to] = if grid.haze.is_empty() { dense? } else { [0.0, deepest] };
+        let [from, to] = if grid.haze.is_empty() { dense? } else { hazy(grid, area, deepest) };
+        let [low, high] = dense.unwrap_or([from, to]);
+        let (from, to) = (from.min(low), to.max(high));
         (from < to).then_some(Self { from, to, dense })
     }
 }

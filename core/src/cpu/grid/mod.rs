@@ -107,7 +107,7 @@ impl<'a> Grid<'a> {
         let samples = Samples { block, places: &places };
         let [_, deepest] = lengths(context, block);
         let Some(knots) = Knots::new(self, &fog, corner, deepest) else { return };
-        let passed = Passed::new(self, &samples, deepest);
+        let passed = Passed::new(self, &samples, knots.ends());
         let block = Block { corner, samples, fog, knots, passed };
         for scattered in &self.scattered {
             self.light_of(scattered, &block, fogged);

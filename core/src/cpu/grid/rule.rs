@@ -90,8 +90,9 @@ struct Place<N> {
     t: N,
     /// From the point closest to the light [m].
     aside: N,
-    /// ln of the distance of the light [m].
+    /// ln of the distance of the light [m], and the squared one of the ray from it [m²].
     log: N,
+    miss2: N,
     /// T from the eye, of what scatters and of all.
     own: N,
     depth: N,
@@ -115,7 +116,8 @@ impl<S: Simd> Place<Lanes<S>> {
         let through = (-total.min(t.lit(80.0))).exp();
         let seen = Lanes::load(simd, &met.beta[k][at..]) * through;
         let own = Lanes::load(simd, &met.own[k][at..]);
-        Self { t, aside, log: distance.ln(), own, depth, total, through, seen }
+        let miss2 = to.miss.squared();
+        Self { t, aside, log: distance.ln(), miss2, own, depth, total, through, seen }
     }
 }
 
@@ -128,8 +130,14 @@ fn gain<N: Num>(clear: N, a: &Place<N>, b: &Place<N>) -> N {
     let step = (b.t - a.t).max(a.t.lit(f64::from(f32::MIN_POSITIVE)));
     let log = b.log - a.log;
     let least = a.t.lit(f64::from(f32::MIN_POSITIVE));
-    // Where on the way the light comes from, as a share.
-    let far = ((log - a.aside * clear) / (step * clear).max(least)).max(zero).min(a.t.lit(1.0));
+    // Where on the way the light comes from, as a share. From far away logarithms do not tell: there its strength
+    // is a straight line.
+    let far = (log - a.aside * clear) / (step * clear).max(least);
+    let middle = half * (a.aside + b.aside);
+    let apart2 = middle.mul_add(middle, a.miss2);
+    let from_far = half - step * middle / (apart2 * a.t.lit(6.0));
+    let is_far = step.squared().lt(apart2 * a.t.lit(1e-3));
+    let far = N::select(is_far, from_far, far).max(zero).min(a.t.lit(1.0));
     let line = (b.seen - a.seen).mul_add(far, a.seen);
     // ∫ β e^(−total) dt, total as a straight line of T.
     let turn = b.total - a.total;

@@ -3,12 +3,13 @@
 use super::patch::Patch;
 pub use crate::cpu::places::CONTROL;
 use crate::cpu::places::PLACES;
-use crate::cpu::shade::Ways;
+use crate::cpu::shade::{Ways, from_beyond};
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
-use crate::light::ToLight;
+use crate::geometry::{Beyond, Origin};
+use crate::light::{ToLight, sun};
 use crate::media::Legs;
 use crate::num::Lanes;
 use crate::vector::V3;
@@ -67,7 +68,10 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     /// Points that share a list of lumps.
     const POINTS: usize = 64;
     let Context { job, field, .. } = context;
-    let apex = lamp.from_camera.apex().as_vec3();
+    let apex = match lamp.from_camera.origin() {
+        Origin::At(apex) => apex.as_vec3(),
+        Origin::Beyond(beyond) => return toward_beyond(context, lamp, &beyond, rays, t),
+    };
     let mut mean = vec![[0.0; PADDED]; t.len()];
     let haze = field.smooth(context.viewpoint.position, Legs::OfEyes);
     haze.add_mean(job.level, apex, rays, t, &mut mean);
@@ -84,11 +88,34 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     mean
 }
 
+/// The same of a light as far away as the sun.
+fn toward_beyond(
+    context: &Context,
+    lamp: &Lamp,
+    beyond: &Beyond,
+    rays: &Control,
+    t: &[Each],
+) -> Vec<Each> {
+    let mut mean = vec![[0.0; PADDED]; t.len()];
+    for (t, mean) in t.chunks(SIZE / PADDED).zip(mean.chunks_mut(SIZE / PADDED)) {
+        let (t, mean) = (t.as_flattened(), mean.as_flattened_mut());
+        let mut points = [[0.0; SIZE]; 3];
+        for at in 0..SIZE {
+            let point = rays.point(at % PADDED, t[at.min(t.len() - 1)]);
+            (0..3).for_each(|k| points[k][at] = point[k]);
+        }
+        let depth = from_beyond(context, lamp, beyond, &points, 0..t.len(), true);
+        let depths = mean.iter_mut().zip(depth);
+        depths.for_each(|(mean, depth)| *mean = depth * (1.0 / sun::DISTANCE_M) as f32);
+    }
+    mean
+}
+
 fn add_lumps(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each], mean: &mut [Each]) {
     let point = |at: usize| rays.point(at % PADDED, t.as_flattened()[at]);
     let ways = Ways::new(lamp, t.len() * PADDED, point);
     let mut depth = [0.0; SIZE];
-    let near = ways.near(context, lamp, 0..ways.rays.count);
+    let near = ways.near(context, lamp.source.place(), 0..ways.rays.count);
     near.add_depth(&context.job, &ways.rays, false, &ways.length, &mut depth);
     for (at, mean) in mean.as_flattened_mut().iter_mut().enumerate() {
         *mean += depth[at] / ways.length[at];

@@ -74,7 +74,7 @@ impl Patch {
 
 /// Whether one set of nodes does not suffice for what a patch's rays see of a light.
 pub fn is_near(context: &Context, near: f32, lamp: &Lamp, patch: &Patch) -> bool {
-    let image = context.viewpoint.project(lamp.from_camera.apex()).map(DVec2::as_vec2);
+    let image = lamp.image(&context.viewpoint).map(DVec2::as_vec2);
     let size = patch.size();
     size > SMALLEST && image.is_some_and(|image| size > near * patch.middle().distance(image))
 }

@@ -131,9 +131,16 @@ impl<S: Simd> Light<S> {
 
     /// The same light before one ray.
     #[inline(always)]
-    pub fn of(simd: S, phase: PhaseFunction, &ToLight { closest, miss }: &ToLight<f64>) -> Self {
+    pub fn of(
+        simd: S,
+        phase: PhaseFunction,
+        &ToLight { closest, miss, tilt }: &ToLight<f64>,
+    ) -> Self {
         let splat = |value: f64| Lanes::splat(simd, value as f32);
-        Self { to: ToLight { closest: splat(closest), miss: splat(miss) }, phase }
+        Self {
+            to: ToLight { closest: splat(closest), miss: splat(miss), tilt: splat(tilt) },
+            phase,
+        }
     }
 
     /// √(k(α) e^(log − mean · d)) at the ray parameter `t`.

@@ -10,6 +10,7 @@ mod wavelet;
 use super::closed::{Closed, crossing, hull};
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
+use crate::geometry::Beyond;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, bounded};
 use crate::num::Num;
@@ -220,6 +221,33 @@ impl Placed {
         self.whole.mean(&self.way(&self.whole, a, b), self.profile) * a.x.lit(self.scale)
     }
 
+    /// T from a point to beyond everything: to where its way leaves the map or its heights.
+    #[inline(always)]
+    fn beyond<N: Num>(&self, x: V3<N>, &Beyond { toward, path_m }: &Beyond) -> N {
+        let zero = x.x.lit(0.0);
+        let mut length = self.profile.ends(x.y, toward.y);
+        for (axis, at, way) in [(0, x.x, toward.x), (1, x.z, toward.z)] {
+            if way != 0.0 {
+                let [low, high] = self.between(axis);
+                let side = if way > 0.0 { high } else { low };
+                let leaves = ((zero.lit(side) - at) * zero.lit(1.0 / way)).max(zero);
+                length = Some(match length {
+                    Some(length) => length.min(leaves),
+                    None => leaves,
+                });
+            }
+        }
+        let length = length.unwrap_or(zero.lit(path_m));
+        let end = x + V3::lit(zero, toward).scale(length);
+        self.mean(x, end) * length
+    }
+
+    /// From where to where it lies, along x or z [m].
+    fn between(&self, axis: usize) -> [f64; 2] {
+        let low = self.origin[axis] + self.whole.start[axis];
+        [low, low + self.whole.cell_m * self.whole.cells()[axis] as f64]
+    }
+
     /// What a view ray sees of it. A detail may be below 0, fog never is.
     #[inline(always)]
     fn view_mean<N: Num>(&self, a: V3<N>, b: V3<N>) -> N {
@@ -245,8 +273,7 @@ impl Placed {
     fn extent(&self, direction: DVec3, length_m: f64) -> Option<(f64, f64)> {
         let (mut from, mut to) = self.profile.span(direction.y, length_m)?;
         for (axis, way) in [(0, direction.x), (1, direction.z)] {
-            let low = self.origin[axis] + self.whole.start[axis];
-            let high = low + self.whole.cell_m * self.whole.cells()[axis] as f64;
+            let [low, high] = self.between(axis);
             if way == 0.0 {
                 if low > 0.0 || high < 0.0 {
                     return None;
@@ -336,6 +363,15 @@ impl Closed for Fogmaps {
         let mut sum = a.x.lit(0.0);
         for map in &self.0 {
             sum += map.view_mean(a, b);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn beyond<N: Num>(&self, x: V3<N>, beyond: &Beyond) -> N {
+        let mut sum = x.x.lit(0.0);
+        for map in &self.0 {
+            sum += map.beyond(x, beyond);
         }
         sum
     }

@@ -1,7 +1,7 @@
 //! Blobs along one ray in f64, to rounding: what does not change along it is formed once.
 
 use super::{Blobs, ENDS, Gaussian};
-use crate::geometry::Ray;
+use crate::geometry::{Beyond, Ray};
 use crate::media::{Along, Ways};
 use glam::DVec3;
 
@@ -102,5 +102,28 @@ impl Ways for Between {
     fn depth_to(&self, point: DVec3) -> f64 {
         let (ray, length_m) = Ray::between(self.apex, point);
         self.blobs.iter().map(|blob| blob.depth_if_near(&ray, length_m)).sum()
+    }
+}
+
+/// Farther than any blob lies from any point [m].
+pub const EVERYWHERE_M: f64 = 1e10;
+
+/// The blobs between beyond everything and the points of a segment.
+#[derive(Debug)]
+pub struct FromBeyond {
+    /// Where the ways come from.
+    pub beyond: Beyond,
+    /// Those that some way meets.
+    pub blobs: Vec<Gaussian>,
+}
+
+impl Ways for FromBeyond {
+    fn terms(&self) -> usize {
+        self.blobs.len()
+    }
+
+    fn depth_to(&self, point: DVec3) -> f64 {
+        let ray = Ray { origin: point, direction: self.beyond.toward };
+        self.blobs.iter().map(|blob| blob.depth_if_near(&ray, EVERYWHERE_M)).sum()
     }
 }

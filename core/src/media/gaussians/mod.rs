@@ -16,7 +16,7 @@ pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 use super::{
     Along, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
 };
-use crate::geometry::Ray;
+use crate::geometry::{Beyond, Origin, Ray};
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use super::toward::Toward;
@@ -26,6 +26,7 @@ use crate::phase::Phase;
 use crate::progress::Job;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
+use exact::EVERYWHERE_M;
 use lanes::PatchBlobs;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -286,6 +287,16 @@ impl Blobs {
         places.iter().map(|place| self.all[*place].depth(ray, length_m)).fold(0.0, |a, b| a + b)
     }
 
+    /// The blobs that any way from beyond everything to a point between `from` and `to` meets, to rounding.
+    fn in_strip(&self, beyond: &Beyond, ends: [DVec3; 2]) -> Vec<Gaussian> {
+        let length = ends.map(|end| self.exact_tree().farthest(end)).into_iter().fold(0.0, f64::max);
+        let mut near = Vec::new();
+        if let Some(bundle) = Bundle::around(&ends.map(|end| (end, beyond.toward)), length) {
+            self.exact_tree().visit(&bundle, |place| near.push(self.all[place]));
+        }
+        near
+    }
+
     /// The blobs that any way from `apex` to a point between `from` and `to` meets, to rounding.
     fn in_triangle(&self, apex: DVec3, [from, to]: [DVec3; 2]) -> Vec<Gaussian> {
         let ray = |end| (apex, Ray::between(apex, end).0.direction);
@@ -316,8 +327,22 @@ impl Medium for Blobs {
         Box::new(exact::OnRay::new(self, ray, length_m))
     }
 
-    fn ways(&self, apex: DVec3, ends: [DVec3; 2]) -> Box<dyn Ways> {
-        Box::new(exact::Between { apex, blobs: self.in_triangle(apex, ends) })
+    fn depth_beyond(&self, x: DVec3, beyond: &Beyond) -> f64 {
+        let ray = Ray { origin: x, direction: beyond.toward };
+        let places = self.on_ray(&ray, self.exact_tree().farthest(x));
+        let depths = places.iter().map(|place| self.all[*place].depth(&ray, EVERYWHERE_M));
+        depths.fold(0.0, |a, b| a + b)
+    }
+
+    fn ways(&self, origin: Origin, ends: [DVec3; 2]) -> Box<dyn Ways> {
+        match origin {
+            Origin::At(apex) => {
+                Box::new(exact::Between { apex, blobs: self.in_triangle(apex, ends) })
+            }
+            Origin::Beyond(beyond) => {
+                Box::new(exact::FromBeyond { beyond, blobs: self.in_strip(&beyond, ends) })
+            }
+        }
     }
 
     fn near(&self, level: Level, search: &Search) -> Box<dyn Near> {
