@@ -1,6 +1,5 @@
 //! A small seeded generator: the same presets and plumes on every machine, and no dependency for it.
 
-use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -37,11 +36,6 @@ impl Random {
     pub fn bell(&mut self) -> f64 {
         let sum = self.unit() + self.unit() + self.unit() + self.unit();
         (sum - 2.0) * 3.0_f64.sqrt()
-    }
-
-    /// Three independent values of [`Random::bell`].
-    pub fn bell3(&mut self) -> DVec3 {
-        DVec3::new(self.bell(), self.bell(), self.bell())
     }
 
     /// A uniform angle [rad].

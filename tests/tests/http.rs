@@ -357,15 +357,28 @@ fn presets_have_the_counts_of_the_papers_and_render() {
         ("city-353", 353, 4),
         ("vehicle-1223", 1223, 2),
         ("room-3008", 3008, 1),
+        ("valley-layers", 0, 2),
+        ("valley-waves", 0, 2),
+        ("valley-trees", 0, 2),
+        ("gorge-wind", 0, 2),
+        ("fogmap-steps", 0, 2),
+        ("fogmap-slopes", 0, 2),
+        ("fogmap-smooth", 0, 2),
+        ("in-scatter", 96, 3),
     ];
     assert_eq!(presets.len(), expected.len());
     let length = |value: &Value| value.as_array().map_or(0, Vec::len);
+    // Of an emitter, the particles alive at a time.
+    let blobs_of = |term: &Value| match (term["rate_hz"].as_f64(), term["lifetime_s"].as_f64()) {
+        (Some(rate), Some(lifetime)) => (rate * lifetime).ceil() as usize,
+        _ => length(&term["blobs"]),
+    };
     for (preset, (name, blobs, lights)) in presets.iter().zip(expected) {
         assert_eq!(preset["name"], name);
         assert!(preset["title"].is_string() && preset["description"].is_string());
         let scene = &preset["scene"];
         let terms = scene["fog"]["terms"].as_array().unwrap();
-        assert_eq!(terms.iter().map(|term| length(&term["blobs"])).sum::<usize>(), blobs, "{name}");
+        assert_eq!(terms.iter().map(blobs_of).sum::<usize>(), blobs, "{name}");
         assert_eq!(length(&scene["lights"]), lights, "{name}");
         let surfaces = scene["surfaces"].as_array().unwrap();
         let triangles: usize = surfaces.iter().map(|s| length(&s["shape"]["indices"])).sum();

@@ -1,8 +1,12 @@
 //! Scenes to begin with: the papers' own figures with the papers' own counts, built from a few
 //! lines each.
 
+mod alps;
 mod city;
+mod countryside;
 mod geometry;
+mod gorge;
+mod inscatter;
 mod room;
 mod stage;
 mod street;
@@ -11,6 +15,7 @@ mod terrain;
 mod tests;
 mod vehicle;
 mod vessel;
+mod village;
 
 use crate::scene::Scene;
 use schemars::JsonSchema;
@@ -39,5 +44,9 @@ pub fn all() -> Vec<Preset> {
         vehicle::preset(),
         room::preset(),
     ]);
+    presets.extend(countryside::presets());
+    presets.push(gorge::preset());
+    presets.extend(alps::presets());
+    presets.push(inscatter::preset());
     presets
 }

@@ -1,8 +1,12 @@
 //! Short ways to write the parts of a scene; every number is rounded, so that its JSON is short.
 
+use super::geometry::MeshBuilder;
+use crate::light::Sun;
+use crate::media::emitter::Emitter;
+use crate::media::functions::{Cosine, Functions, Member, WaveVector};
 use crate::scene::{
-    Albedo, Blob, Camera, Gaussians, Homogeneous, Light, Material, Mesh, Perspective, Point,
-    Projection, Rgb, Shape, Sphere, Surface, Term, Vec3,
+    Albedo, Blob, Camera, Gaussians, Heightfield, Homogeneous, Light, Material, Mesh, Perspective,
+    Point, Projection, Rgb, Shape, Sphere, Surface, Term, Vec3,
 };
 use glam::DVec3;
 
@@ -62,6 +66,43 @@ pub fn lamp(id: &str, position: DVec3, intensity: [f64; 3]) -> Light {
     })
 }
 
+/// Light from the sun or a part of the sky: where it travels, and what a surface facing it gets [W/m²].
+pub fn sun(id: &str, direction: [f64; 3], irradiance: [f64; 3]) -> Light {
+    Light::Sun(Sun {
+        id: Some(id.into()),
+        direction: Vec3(direction),
+        irradiance: Rgb(irradiance),
+        ..Sun::default()
+    })
+}
+
+/// A square of land about the origin: its side [m], heights along each side, what each is rounded to 1 / of,
+/// and how high the ground lies at x and z [m].
+pub fn land(
+    id: &str,
+    size: f64,
+    side: usize,
+    steps: f64,
+    height: impl Fn(f64, f64) -> f64,
+    material: Material,
+) -> Surface {
+    let at = |k: usize| size * (k as f64 / (side - 1) as f64 - 0.5);
+    let row = |j: usize| (0..side).map(|i| round_to(height(at(i), at(j)), steps)).collect();
+    let heights = (0..side).map(row).collect();
+    let origin = Vec3([-size / 2.0, 0.0, -size / 2.0]);
+    let shape = Shape::Heightfield(Heightfield { origin, size: [size, size], heights });
+    Surface { id: Some(id.into()), shape, material, ..Surface::default() }
+}
+
+/// Still water about the origin: the side of its square and its level [m].
+pub fn water(id: &str, size: f64, level: f64, material: Material) -> Surface {
+    let mut sheet = MeshBuilder::default();
+    let half = size / 2.0;
+    let corners = [[-half, half], [half, half], [half, -half], [-half, -half]];
+    sheet.face(corners.map(|[x, z]| DVec3::new(x, level, z)));
+    mesh(id, sheet.flat(), material)
+}
+
 /// A blob whose length along a ray through its centre holds `depth` of optical depth.
 pub fn blob(center: DVec3, radius: f64, depth: f64) -> Blob {
     let radius = round_to(radius, 1e3);
@@ -81,4 +122,25 @@ pub fn homogeneous(id: &str, extinction: f64) -> Term {
         extinction: Some(extinction.into()),
         ..Homogeneous::default()
     })
+}
+
+/// Fog made of functions, their sum times `scale` [1/m].
+pub fn functions(id: &str, scale: f64, members: Vec<Member>) -> Term {
+    Term::Functions(Functions {
+        id: Some(id.into()),
+        scale: scale.into(),
+        members,
+        ..Functions::default()
+    })
+}
+
+/// A wave, or a constant where the wave vector [rad/m] is 0.
+pub fn wave(amplitude: f64, wave_vector: [f64; 3]) -> Member {
+    let wave_vector = WaveVector(wave_vector.map(|k| round_to(k, 1e6)));
+    Member::Cosine(Cosine { amplitude, wave_vector, ..Cosine::default() })
+}
+
+/// A source of particles, with a name.
+pub fn emitter(id: &str, emitter: Emitter) -> Term {
+    Term::Emitter(Emitter { id: Some(id.into()), ..emitter })
 }

@@ -3,10 +3,10 @@
 use super::Preset;
 use super::geometry::MeshBuilder;
 use super::stage::{
-    blob, camera, gaussians, glossy, glowing, homogeneous, lamp, matte, mesh, round_to,
+    blob, camera, gaussians, glossy, glowing, homogeneous, lamp, land, matte, mesh, round_to, water,
 };
 use crate::random::{Random, value_noise};
-use crate::scene::{Blob, Fog, Heightfield, Rgb, Scene, Shape, Surface, Vec3};
+use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
 use glam::DVec3;
 
 /// Blobs of fog in the paper's figure.
@@ -80,36 +80,13 @@ fn height(x: f64, z: f64) -> f64 {
 fn surfaces(random: &mut Random) -> Vec<Surface> {
     let (trunks, crowns) = trees(random);
     vec![
-        Surface {
-            id: Some("hills".into()),
-            shape: Shape::Heightfield(heightfield()),
-            material: matte([0.14, 0.155, 0.075]),
-            ..Surface::default()
-        },
-        river(),
+        land("hills", SIZE, SIDE, 100.0, height, matte([0.14, 0.155, 0.075])),
+        water("river", SIZE, WATER, glossy([0.03, 0.05, 0.06], 0.25, 40.0)),
         mesh("crowns", crowns.flat(), matte([0.07, 0.11, 0.06])),
         mesh("trunks", trunks.flat(), matte([0.12, 0.08, 0.05])),
         mesh("chapel", chapel().flat(), matte([0.5, 0.47, 0.42])),
         mesh("chapel-windows", chapel_windows().flat(), glowing([3.2, 1.9, 0.8])),
     ]
-}
-
-fn heightfield() -> Heightfield {
-    let at = |k: usize| SIZE * (k as f64 / (SIDE - 1) as f64 - 0.5);
-    let heights = (0..SIDE)
-        .map(|j| (0..SIDE).map(|i| round_to(height(at(i), at(j)), 100.0)).collect())
-        .collect();
-    Heightfield { origin: Vec3([-SIZE / 2.0, 0.0, -SIZE / 2.0]), size: [SIZE, SIZE], heights }
-}
-
-fn river() -> Surface {
-    let mut water = MeshBuilder::default();
-    let half = SIZE / 2.0;
-    water.face(
-        [[-half, half], [half, half], [half, -half], [-half, -half]]
-            .map(|[x, z]| DVec3::new(x, WATER, z)),
-    );
-    mesh("river", water.flat(), glossy([0.03, 0.05, 0.06], 0.25, 40.0))
 }
 
 /// Conifers on the lower slopes, in groves.
@@ -134,26 +111,11 @@ fn trees(random: &mut Random) -> (MeshBuilder, MeshBuilder) {
             DVec3::ZERO,
         );
         for (low, high, radius) in [(0.14, 0.62, 0.21), (0.42, 1.0, 0.15)] {
-            cone(&mut crowns, foot, [tall * low, tall * high], tall * radius, random.angle());
+            crowns.cone(foot, [tall * low, tall * high], tall * radius, random.angle(), 7);
         }
         planted += 1;
     }
     (trunks, crowns)
-}
-
-fn cone(built: &mut MeshBuilder, foot: DVec3, [low, high]: [f64; 2], radius: f64, turn: f64) {
-    const SIDES: u32 = 7;
-    let top = built.vertex(foot + DVec3::Y * high);
-    let ring: Vec<u32> = (0..SIDES)
-        .map(|k| {
-            let angle = turn - std::f64::consts::TAU * f64::from(k) / f64::from(SIDES);
-            let out = DVec3::new(angle.cos(), 0.0, angle.sin()) * radius;
-            built.vertex(foot + out + DVec3::Y * low)
-        })
-        .collect();
-    for (k, corner) in ring.iter().enumerate() {
-        built.triangle([*corner, ring[(k + 1) % ring.len()], top]);
-    }
 }
 
 fn chapel_foot() -> DVec3 {

@@ -5,8 +5,8 @@ use crate::scene::{Scene, Shape, Term, read};
 use glam::DVec3;
 use std::collections::HashSet;
 
-/// Name, blobs, lights, fewest triangles, fewest vertices.
-const COUNTS: [(&str, usize, usize, usize, usize); 7] = [
+/// Name, blobs (of emitters, particles alive at a time), lights, fewest triangles, fewest vertices.
+const COUNTS: [(&str, usize, usize, usize, usize); 15] = [
     ("street-thin", 0, 4, 60_000, 0),
     ("street-thick", 0, 4, 60_000, 0),
     ("steaming-vessel", 34, 3, 40_000, 70_000),
@@ -14,6 +14,14 @@ const COUNTS: [(&str, usize, usize, usize, usize); 7] = [
     ("city-353", 353, 4, 40_000, 0),
     ("vehicle-1223", 1223, 2, 40_000, 44_430),
     ("room-3008", 3008, 1, 0, 8901),
+    ("valley-layers", 0, 2, 21_000, 0),
+    ("valley-waves", 0, 2, 21_000, 0),
+    ("valley-trees", 0, 2, 21_000, 0),
+    ("gorge-wind", 0, 2, 250_000, 0),
+    ("fogmap-steps", 0, 2, 27_000, 0),
+    ("fogmap-slopes", 0, 2, 27_000, 0),
+    ("fogmap-smooth", 0, 2, 27_000, 0),
+    ("in-scatter", 96, 3, 8_000, 0),
 ];
 
 fn blobs(scene: &Scene) -> usize {

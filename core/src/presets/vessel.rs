@@ -2,22 +2,23 @@
 
 use super::Preset;
 use super::geometry::{MeshBuilder, along, ball, bezier, lathe, lathe_with, spline, tube};
-use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use super::stage::{camera, emitter, glossy, glowing, lamp, matte, mesh, rounded};
+use crate::media::emitter::Emitter;
 use crate::random::Random;
-use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
+use crate::scene::{Fog, Rgb, Scene, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Blobs of steam in the paper's figure.
-const BLOBS: usize = 34;
+/// Blobs of steam in the paper's figure: so many particles are alive at a time.
+const PARTICLES: f64 = 34.0;
 
 /// The vessel with its plume of steam.
 pub fn preset() -> Preset {
     Preset {
         name: "steaming-vessel",
         title: "Steaming vessel",
-        description: "Steam rises from a serpent's mouth and glows with the lamp inside it: 34 \
-            blobs, 3 lamps and about 78 000 vertices, the counts of Fogshop 2007, fig. 1.",
+        description: "Steam rises from a serpent's mouth and glows with the lamp inside it: an \
+            emitter of 34 particles, 3 lamps and about 78 000 vertices, the counts of Fogshop 2007, fig. 1.",
         scene: scene(),
     }
 }
@@ -35,7 +36,7 @@ fn scene() -> Scene {
         ],
         fog: Fog {
             ambient: Rgb([0.075, 0.08, 0.092]),
-            terms: vec![gaussians("steam", steam())],
+            terms: vec![emitter("steam", steam())],
             ..Fog::default()
         },
         far_m: 30.0,
@@ -340,17 +341,20 @@ fn wall() -> MeshBuilder {
     wall
 }
 
-/// A plume that leaves the mouth, bends upwards and widens.
-fn steam() -> Vec<Blob> {
-    let mut random = Random::new(34);
-    (0..BLOBS)
-        .map(|k| {
-            let t = (k as f64 + 0.5) / BLOBS as f64;
-            let radius = 0.13 + 0.34 * t.powf(0.8);
-            let rise = DVec3::new(0.42 * t.powf(0.5) - 0.75 * t * t, 1.95 * t.powf(1.1), 0.0);
-            let curl = DVec3::new((9.0 * t).sin(), 0.0, (7.0 * t + 1.0).cos()) * (0.16 * t);
-            let jitter = random.bell3() * (0.035 + 0.17 * t);
-            blob(MOUTH + rise + curl + jitter, radius, (0.34 - 0.16 * t) * random.between(0.7, 1.3))
-        })
-        .collect()
+/// A plume that leaves the mouth, bends upwards and back over the vessel, and widens.
+fn steam() -> Emitter {
+    const LIFETIME_S: f64 = 4.0;
+    Emitter {
+        position: rounded(MOUTH, 1e3),
+        rate_hz: PARTICLES / LIFETIME_S,
+        velocity: [0.24, 0.42, 0.0],
+        spread_deg: 16.0,
+        acceleration: [-0.12, 0.06, 0.0],
+        lifetime_s: LIFETIME_S,
+        radius: 0.13,
+        growth: 2.7,
+        extinction: 2.2.into(),
+        seed: 3,
+        ..Emitter::default()
+    }
 }

@@ -103,6 +103,29 @@ impl MeshBuilder {
         }
     }
 
+    /// Adds a cone without a floor that stands on `foot`, between two heights above it.
+    pub fn cone(&mut self, foot: DVec3, [low, high]: [f64; 2], radius: f64, turn: f64, sides: u32) {
+        let top = self.vertex(foot + DVec3::Y * high);
+        let ring: Vec<u32> = (0..sides)
+            .map(|k| {
+                let angle = turn - std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+                let out = DVec3::new(angle.cos(), 0.0, angle.sin()) * radius;
+                self.vertex(foot + out + DVec3::Y * low)
+            })
+            .collect();
+        for (k, corner) in ring.iter().enumerate() {
+            self.triangle([*corner, ring[(k + 1) % ring.len()], top]);
+        }
+    }
+
+    /// The same with its corners rounded to 1 / `steps`, for what is seen from afar.
+    pub fn rounded(mut self, steps: f64) -> Self {
+        for corner in &mut self.positions {
+            *corner = super::stage::rounded(*corner, steps).vector();
+        }
+        self
+    }
+
     /// The mesh with flat triangles, for what is made of planes.
     pub fn flat(self) -> Mesh {
         let positions = self.positions.iter().map(|p| super::stage::rounded(*p, 1e3)).collect();

@@ -2,20 +2,16 @@
 
 mod engine;
 mod gear;
+mod plume;
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, along, lathe};
-use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use super::stage::{camera, glossy, glowing, lamp, matte, mesh};
 use crate::random::Random;
-use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
-use engine::{CHIMNEY, HEADLAMP};
+use crate::scene::{Fog, Rgb, Scene, Surface};
+use engine::HEADLAMP;
 use gear::{HALF_GAUGE, RAIL_TOP};
 use glam::{DVec2, DVec3};
-
-/// Blobs of smoke and steam in the paper's figure …
-const BLOBS: usize = 1223;
-/// … of which these many leave the cylinders and creep along the track.
-const LOW_BLOBS: usize = 420;
 
 /// The locomotive.
 pub fn preset() -> Preset {
@@ -23,8 +19,8 @@ pub fn preset() -> Preset {
         name: "vehicle-1223",
         title: "Locomotive in smoke",
         description: "A steam locomotive of more than 40 000 triangles waits at night in its smoke \
-            and steam; its headlamp lights them from inside. 1 223 blobs, as around the vehicle of \
-            Fogshop 2007, and two lamps.",
+            and steam; its headlamp lights them from inside. 1 223 particles, as many as blobs around \
+            the vehicle of Fogshop 2007, and two lamps.",
         scene: scene(),
     }
 }
@@ -39,14 +35,7 @@ fn scene() -> Scene {
             lamp("headlamp", HEADLAMP + DVec3::X * 0.14, [15.0, 11.5, 6.5]),
             lamp("yard-lamp", DVec3::new(4.5, 9.0, 9.5), [190.0, 215.0, 280.0]),
         ],
-        fog: Fog {
-            ambient: Rgb([0.008, 0.01, 0.015]),
-            terms: vec![
-                gaussians("smoke", smoke(&mut random)),
-                gaussians("steam", steam(&mut random)),
-            ],
-            ..Fog::default()
-        },
+        fog: Fog { ambient: Rgb([0.008, 0.01, 0.015]), terms: plume::terms(), ..Fog::default() },
         far_m: 90.0,
         ..Scene::default()
     }
@@ -164,46 +153,4 @@ fn shed() -> (MeshBuilder, MeshBuilder, MeshBuilder) {
         DVec3::new(-33.4, 9.4, -11.0),
     ]);
     (wall, dark, lit)
-}
-
-/// The plume from the chimney: it rises, is blown back and widens.
-fn smoke(random: &mut Random) -> Vec<Blob> {
-    (0..BLOBS - LOW_BLOBS)
-        .map(|_| {
-            let t = random.unit().powf(0.8);
-            let rise = DVec3::new(-8.5 * t.powf(1.5), 2.3 * t.powf(0.55), -0.9 * t * t);
-            let curl = DVec3::new(0.0, (17.0 * t).sin(), (13.0 * t + 2.0).sin()) * (0.32 * t);
-            let spread = random.bell3() * (0.12 + 0.62 * t);
-            let radius = (0.14 + 0.5 * t) * random.between(0.7, 1.35);
-            blob(
-                CHIMNEY + rise + curl + spread,
-                radius,
-                random.between(0.05, 0.16) * (1.0 - 0.4 * t),
-            )
-        })
-        .collect()
-}
-
-/// Steam that leaves the cylinders and creeps along the wheels and over the track.
-fn steam(random: &mut Random) -> Vec<Blob> {
-    (0..LOW_BLOBS)
-        .map(|k| {
-            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let t = random.unit();
-            let jet = k % 3 == 0;
-            let center = match jet {
-                // Drain cocks blow forwards and outwards.
-                true => DVec3::new(4.2 + 1.4 * t, 0.75 - 0.35 * t, side * (1.2 + 1.1 * t)),
-                false => DVec3::new(
-                    random.between(-6.5, 6.5),
-                    0.25 + 0.9 * t * t,
-                    side * (0.5 + 1.5 * random.unit()),
-                ),
-            };
-            let spread = random.bell3() * if jet { 0.06 + 0.3 * t } else { 0.3 };
-            let radius = if jet { 0.13 + 0.35 * t } else { random.between(0.3, 0.75) };
-            let center = center + spread;
-            blob(center.max(DVec3::new(-99.0, 0.0, -99.0)), radius, random.between(0.06, 0.17))
-        })
-        .collect()
 }
