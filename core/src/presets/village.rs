@@ -109,8 +109,6 @@ impl Village {
             let ends = [tall * low, tall * high.min(1.0)];
             self.conifers.cone(foot, ends, tall * 0.22 * (1.0 - 0.62 * up), turn + up, 6);
         }
-        let last = [tall * 0.62, tall];
-        self.conifers.cone(foot, last, tall * 0.09, turn, 6);
     }
 
     /// A bush: its foot, its radius [m], and which one it is.
@@ -133,7 +131,7 @@ impl Village {
             let [x, z] = [0; 2].map(|_| random.between(-0.49, 0.49) * size);
             let foot = DVec3::new(x, height(x, z), z);
             if value_noise(x / 70.0, z / 70.0, 44) > 0.52 && grows(foot) {
-                self.conifer(foot, random.between(9.0, 17.0), random.angle(), 1);
+                self.conifer(foot, random.between(9.0, 17.0), random.angle(), 2);
                 planted += 1;
             }
         }
