@@ -1,7 +1,7 @@
 //! The presets keep the counts of the papers' figures, and are sound scenes.
 
 use super::{Preset, all};
-use crate::scene::{Scene, Shape, Term, read};
+use crate::scene::{Moment, Scene, Shape, Term, read};
 use glam::DVec3;
 use std::collections::HashSet;
 
@@ -55,6 +55,19 @@ fn every_preset_has_the_counts_of_its_figure() {
         let (has_triangles, has_vertices) = triangles_and_vertices(&preset.scene);
         assert!(has_triangles >= triangles, "{name} has {has_triangles} triangles");
         assert!(has_vertices >= vertices, "{name} has {has_vertices} vertices");
+    }
+}
+
+/// What is counted is there: at 0 s all of it, at any time up to one particle an emitter.
+#[test]
+fn as_many_particles_live_as_are_counted() {
+    for preset in all() {
+        for term in &preset.scene.fog.terms {
+            let Term::Emitter(emitter) = term else { continue };
+            let alive = |time_s: f64| emitter.alive(&Moment { time_s, ..Moment::default() }).len();
+            assert_eq!(alive(0.0), term.blobs(), "{:?} of {}", emitter.id, preset.name);
+            assert!(alive(12.34).abs_diff(term.blobs()) <= 1, "{:?}", emitter.id);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::geometry::{MeshBuilder, lathe_with, rod};
 use super::stage::{glossy, matte, mesh};
 use crate::random::{Random, value_noise};
-use crate::scene::Surface;
+use crate::scene::{Shape, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -19,16 +19,21 @@ pub struct Village {
 }
 
 impl Village {
-    /// Its surfaces.
+    /// Its surfaces, of what there is any.
     pub fn surfaces(self) -> Vec<Surface> {
-        vec![
+        let all = [
             mesh("walls", self.walls.flat(), matte([0.62, 0.56, 0.46])),
             mesh("roofs", self.roofs.flat(), matte([0.34, 0.13, 0.075])),
             mesh("windows", self.panes.flat(), glossy([0.04, 0.05, 0.07], 0.2, 40.0)),
             mesh("trunks", self.trunks.flat(), matte([0.12, 0.08, 0.05])),
             mesh("crowns", self.crowns.rounded(100.0).flat(), matte([0.16, 0.15, 0.045])),
             mesh("conifers", self.conifers.rounded(10.0).flat(), matte([0.06, 0.1, 0.05])),
-        ]
+        ];
+        let is_empty = |surface: &Surface| match &surface.shape {
+            Shape::Mesh(mesh) => mesh.indices.is_empty(),
+            _ => false,
+        };
+        all.into_iter().filter(|surface| !is_empty(surface)).collect()
     }
 
     /// A house of two storeys, its long sides towards ±z: where it stands and its length [m].
