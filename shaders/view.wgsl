@@ -41,6 +41,8 @@ struct View {
     blobs: u32,
     /// How many lamps there are for each group of terms that scatters their light.
     scatters: u32,
+    /// Optical depth behind which nothing is seen.
+    opaque: f32,
 }
 
 /// A part of a list that one pass or one dispatch works on.

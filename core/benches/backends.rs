@@ -6,7 +6,7 @@
 
 use criterion::Criterion;
 use fogbank_core::gpu::{Gpu, Wanted};
-use fogbank_core::request::{Layer, Quality, Tonemap, View};
+use fogbank_core::request::{Layer, Options, Quality, Tonemap, View};
 use fogbank_core::{Progress, Renderer, presets};
 use std::time::Duration;
 
@@ -32,6 +32,7 @@ fn main() {
         tonemap: Tonemap::Agx,
         for_screen: false,
         estimator: None,
+        options: Options::default(),
     };
     for name in PRESETS {
         let preset = presets::all().into_iter().find(|preset| preset.name == name).unwrap();

@@ -12,7 +12,7 @@ use fogbank_core::geometry::batch::{Fogged, Rays, SIZE};
 use fogbank_core::media::gaussians::{BlobList, Packed, add_depth};
 use fogbank_core::num::{Lanes, Num};
 use fogbank_core::presets;
-use fogbank_core::request::{Layer, Quality, Tonemap, View};
+use fogbank_core::request::{Layer, Options, Quality, Tonemap, View};
 use fogbank_core::scene::{Light, Scene};
 use fogbank_core::{Progress, Renderer};
 use std::hint::black_box;
@@ -164,6 +164,7 @@ fn view(quality: Quality) -> View {
         tonemap: Tonemap::Agx,
         for_screen: true,
         estimator: None,
+        options: Options::default(),
     }
 }
 

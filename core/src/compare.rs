@@ -6,7 +6,7 @@ use crate::frame::{Frame, Lap};
 use crate::image::{self, ErrorImage};
 use crate::progress::{Interrupted, Progress};
 use crate::renderer::Renderer;
-use crate::request::{Layer, Quality, Tonemap, View, check_scene, check_size};
+use crate::request::{Layer, Options, Quality, Tonemap, View, check_scene, check_size};
 use crate::scene::limits::{COUNTS, Range};
 use crate::scene::{CheckedScene, Checker, Code, Problem, Scene};
 use schemars::JsonSchema;
@@ -137,6 +137,7 @@ impl Pair {
             tonemap: Tonemap::default(),
             for_screen: false,
             estimator: Some(estimator),
+            options: Options::default(),
         }
     }
 }

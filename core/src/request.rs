@@ -37,6 +37,35 @@ pub struct RenderRequest {
     /// How the radiance of 8-bit pictures is brought onto a screen.
     #[serde(default)]
     pub tonemap: Tonemap,
+    /// What the frame may lose for speed.
+    #[serde(default)]
+    pub options: Options,
+}
+
+/// What a frame may lose for speed; nothing if nothing is said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Relative error that the mean optical depth of the picture may have: of many blobs far away some are left out,
+    /// and the rest weighs more (stochastic pruning). 0 leaves none out.
+    #[schemars(range(min = limits::LOD_ERROR.min, max = limits::LOD_ERROR.max))]
+    pub lod_error: f64,
+    /// Transmittance below which a ray ends: what lies behind is not seen (Biri 2002, section 4.2), so of its light
+    /// that share is lost at most. 0 cuts nothing off.
+    #[schemars(range(min = limits::FAR_CUT.min, max = limits::FAR_CUT.max))]
+    pub far_cut: f64,
+}
+
+impl Options {
+    /// Optical depth behind which nothing is seen.
+    pub fn opaque(&self) -> f32 {
+        if self.far_cut > 0.0 { -self.far_cut.ln() as f32 } else { f32::MAX }
+    }
+
+    fn check(&self, check: &mut Checker) {
+        check.number(self.lod_error, limits::LOD_ERROR, || "/options/lod_error".into());
+        check.number(self.far_cut, limits::FAR_CUT, || "/options/far_cut".into());
+    }
 }
 
 /// How much work a frame may cost.
@@ -127,6 +156,8 @@ pub struct View {
     pub for_screen: bool,
     /// The airlight estimator, if not the scene's own.
     pub estimator: Option<Method>,
+    /// What it may lose for speed.
+    pub options: Options,
 }
 
 impl RenderRequest {
@@ -142,6 +173,7 @@ impl RenderRequest {
             check.number(f64::from(samples), range, || "/samples".into());
         }
         check.number(self.exposure_ev, limits::EXPOSURE, || "/exposure_ev".into());
+        self.options.check(&mut check);
         let view = View {
             width: self.width,
             height: self.height,
@@ -152,6 +184,7 @@ impl RenderRequest {
             tonemap: self.tonemap,
             for_screen: false,
             estimator: None,
+            options: self.options,
         };
         Ok((check_scene(check, self.scene)?, view))
     }
@@ -186,6 +219,7 @@ impl OpticalDepthRequest {
             samples: Some(1),
             exposure_ev: 0.0,
             tonemap: Tonemap::None,
+            options: Options::default(),
         };
         view.check()
     }

@@ -10,7 +10,7 @@ use crate::gpu::Gpu;
 use crate::media::KINDS;
 use crate::presets;
 use crate::progress::{Interrupted, Progress};
-use crate::request::{Layer, ProbeRay, Quality, Tonemap, View};
+use crate::request::{Layer, Options, ProbeRay, Quality, Tonemap, View};
 use crate::scene::{CheckedScene, read};
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -161,6 +161,7 @@ pub(crate) fn view(layer: Layer) -> View {
         tonemap: Tonemap::Agx,
         for_screen: false,
         estimator: None,
+        options: Options::default(),
     }
 }
 

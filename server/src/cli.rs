@@ -177,6 +177,12 @@ pub struct RenderArgs {
     /// How radiance is brought onto a screen.
     #[arg(long, env = "FOGBANK_TONEMAP", default_value = "agx", value_parser = words::<Tonemap>())]
     pub tonemap: Tonemap,
+    /// Relative error of the mean optical depth that blobs far away may be left out for.
+    #[arg(long, env = "FOGBANK_LOD_ERROR", default_value_t = 0.0, value_name = "SHARE")]
+    pub lod_error: f64,
+    /// Transmittance below which a ray ends.
+    #[arg(long, env = "FOGBANK_FAR_CUT", default_value_t = 0.0, value_name = "SHARE")]
+    pub far_cut: f64,
     /// Seconds it may take [default: any].
     #[arg(long, env = "FOGBANK_DEADLINE_S", value_name = "S", value_parser = seconds)]
     pub deadline_s: Option<f64>,

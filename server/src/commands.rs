@@ -5,7 +5,7 @@ use crate::routes::probe::ProbeAnswer;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::gpu::{self, Gpu};
 use fogbank_core::image::{EncodeError, Format, encode, encode_errors};
-use fogbank_core::request::{ProbeRequest, RayRequest, RenderRequest};
+use fogbank_core::request::{Options, ProbeRequest, RayRequest, RenderRequest};
 use fogbank_core::scene::{self, Problem, ReadError, Scene};
 use fogbank_core::{Interrupted, Progress, Renderer, presets};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -70,6 +70,7 @@ pub fn render(args: RenderArgs) -> Result<(), Failure> {
         samples: args.samples,
         exposure_ev: args.exposure_ev,
         tonemap: args.tonemap,
+        options: Options { lod_error: args.lod_error, far_cut: args.far_cut },
     };
     let checked = request.check().map_err(|mut problems| {
         if args.airlight.is_some() {

@@ -129,6 +129,7 @@ impl Operation {
             .header("ETag", "The same bytes have the same tag.")
             .header("Fog-Backend", "Where the picture was made.")
             .header("Fog-Quality", "`draft` or `full`.")
+            .header("Fog-Far-Cut", "The transmittance below which rays ended, if the request set one.")
             .header("Server-Timing", "Milliseconds in the queue, in each pass and encoding; `desc=reused` where what a pass made before was kept.");
         // Without this schema, generated clients drop the bytes.
         let bytes = json!({ "schema": { "type": "string", "format": "binary" } });

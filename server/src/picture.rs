@@ -57,7 +57,12 @@ pub async fn answer(
         let timings = std::mem::take(&mut frame.timings);
         Ok((frame, timings))
     };
-    answer_job(app, order, room, job, view.quality, render, encode).await
+    let mut response = answer_job(app, order, room, job, view.quality, render, encode).await?;
+    if view.options.far_cut > 0.0 {
+        let cut = HeaderValue::from_str(&view.options.far_cut.to_string());
+        cut.into_iter().for_each(|cut| drop(response.headers_mut().insert("fog-far-cut", cut)));
+    }
+    Ok(response)
 }
 
 /// Does `work` when its turn comes, encodes what it made into the room that is reserved for it and

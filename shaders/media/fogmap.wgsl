@@ -10,9 +10,7 @@
 
 #import fogbank::num
 #import fogbank::media::vertical
-
-/// Coefficients of all planes, row by row.
-@group(0) @binding(20) var<storage, read> numbers: array<f32>;
+#import fogbank::media::numbers
 
 /// A plane as the host writes it; heights from the camera.
 struct Row {
@@ -145,7 +143,7 @@ fn coefficient(row: Row, i: f32, j: f32) -> f32 {
     if i < 0.0 || j < 0.0 || i >= row.columns || j >= row.rows {
         return 0.0;
     }
-    return numbers[u32(row.first) + u32(j) * u32(row.columns) + u32(i)];
+    return numbers::at(u32(row.first) + u32(j) * u32(row.columns) + u32(i));
 }
 
 /// Weights of the splines that count in a cell, of the one that begins there last.

@@ -2,7 +2,7 @@
 // each integrated along the ray.
 //
 // A medium in closed form: the generated module `fogbank::haze` sums these functions over its rows. A polynomial
-// is a row a monomial.
+// is a row; its monomials stand among the numbers.
 //
 // Twins: core/src/media/functions/{cosine,polynomial,equipotential}.rs.
 
@@ -10,10 +10,12 @@
 
 #import fogbank::num
 #import fogbank::media::vertical
+#import fogbank::media::numbers
 
 /// A row as the host writes it: twelve numbers, of which the last tells the kind.
 /// Waves: wave vector [turns/m], phase of the sine [turns], amplitude.
-/// Monomials: periods a metre on every axis, coefficient; where a period is at the camera, and a gap; powers.
+/// Polynomials: periods a metre on every axis, the first of their numbers; where a period is at the camera, monomials;
+/// the least and the most, and whether powers are of 2u − 1, which keeps the digits of large terms that cancel.
 /// Objects: a point, a sphere's radius; a line's direction, strength; c, d.
 struct Row {
     at: array<f32, 12>,
@@ -24,9 +26,8 @@ const REPEATED: f32 = 1.0;
 const POINT: f32 = 2.0;
 const LINE: f32 = 3.0;
 const SPHERE: f32 = 4.0;
-/// Monomials of one period alone; the first tells of its edges.
+/// Of one period alone.
 const BOUNDED: f32 = 5.0;
-const BOUNDED_TOO: f32 = 6.0;
 
 /// Ray parameters at which β jumps, of one row.
 const EDGES: u32 = 6u;
@@ -45,10 +46,6 @@ fn second(row: Row) -> vec3<f32> {
     return vec3<f32>(row.at[4], row.at[5], row.at[6]);
 }
 
-fn third(row: Row) -> vec3<f32> {
-    return vec3<f32>(row.at[8], row.at[9], row.at[10]);
-}
-
 /// β at a point, from the camera [1/m].
 fn extinction(row: Row, point: vec3<f32>) -> f32 {
     let kind = kind_of(row);
@@ -60,10 +57,10 @@ fn extinction(row: Row, point: vec3<f32>) -> f32 {
     }
     let place = first(row) * point + second(row);
     if kind == REPEATED {
-        return monomial(row, place - floor(place));
+        return polynomial(row, place - floor(place));
     }
     let is_inside = all(place >= vec3<f32>(0.0)) && all(place < vec3<f32>(1.0));
-    return select(0.0, monomial(row, place), is_inside);
+    return select(0.0, polynomial(row, place), is_inside);
 }
 
 /// The mean of β between two points [1/m].
@@ -83,7 +80,7 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     let axes = vec3<u32>(first(row) != vec3<f32>(0.0));
     if axes.x + axes.y + axes.z == 1u {
         let on = vec3<f32>(axes);
-        return in_periods(row, dot(on, start), dot(on, end), u32(dot(on, third(row))));
+        return in_periods(row, dot(on, start), dot(on, end), axes.y + 2u * axes.z);
     }
     return step_by_step(row, start, end);
 }
@@ -102,7 +99,7 @@ fn beyond(row: Row, point: vec3<f32>, toward: vec3<f32>, path_m: f32) -> f32 {
 fn span(row: Row, origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
     var ends = vec2<f32>(0.0, length_m);
     let kind = kind_of(row);
-    if kind == BOUNDED || kind == BOUNDED_TOO {
+    if kind == BOUNDED {
         let start = first(row) * origin + second(row);
         let step = first(row) * direction;
         for (var k = 0u; k < 3u; k++) {
@@ -128,9 +125,7 @@ fn bounds(row: Row) -> vec2<f32> {
         let most = row.at[7] / row.at[8];
         return select(vec2<f32>(min(most, 0.0), max(most, 0.0)), vec2<f32>(most), row.at[9] == 0.0);
     }
-    let c = row.at[3];
-    let is_constant = kind == REPEATED && all(third(row) == vec3<f32>(0.0));
-    return select(vec2<f32>(min(c, 0.0), max(c, 0.0)), vec2<f32>(c), is_constant);
+    return vec2<f32>(row.at[8], row.at[9]);
 }
 
 /// The ray parameter of an edge; behind the ray's start where it has none [m].
@@ -170,10 +165,21 @@ fn power(u: f32, power: f32) -> f32 {
     return product;
 }
 
-/// c Π uᵢ^pᵢ.
-fn monomial(row: Row, u: vec3<f32>) -> f32 {
-    let powers = third(row);
-    return row.at[3] * power(u.x, powers.x) * power(u.y, powers.y) * power(u.z, powers.z);
+/// What powers are taken of: u from 0 to 1, or what is counted from the middle of the period.
+fn variable(row: Row, u: vec3<f32>) -> vec3<f32> {
+    return select(u, 2.0 * u - 1.0, row.at[10] > 0.0);
+}
+
+/// Σ c Π uᵢ^pᵢ. All terms at a place come together, as they may cancel.
+fn polynomial(row: Row, place: vec3<f32>) -> f32 {
+    let u = variable(row, place);
+    var sum = 0.0;
+    for (var i = 0u; i < u32(row.at[7]); i++) {
+        let at = u32(row.at[3]) + 4u * i;
+        let powers = vec3<f32>(numbers::at(at), numbers::at(at + 1u), numbers::at(at + 2u));
+        sum += numbers::at(at + 3u) * power(u.x, powers.x) * power(u.y, powers.y) * power(u.z, powers.z);
+    }
+    return sum;
 }
 
 /// The mean of u^p from one place of a period to another: (b^(p+1) − a^(p+1))/((p + 1)(b − a)), without that
@@ -188,19 +194,45 @@ fn mean_power(a: f32, b: f32, power: u32) -> f32 {
     return sum / f32(power + 1u);
 }
 
+/// Σ c (the mean of u^p) of one variable, from one place of a period to another.
+fn mean_polynomial(row: Row, start: f32, end: f32, axis: u32) -> f32 {
+    let ends = variable(row, vec3<f32>(start, end, 0.0));
+    var sum = 0.0;
+    for (var i = 0u; i < u32(row.at[7]); i++) {
+        let at = u32(row.at[3]) + 4u * i;
+        sum += numbers::at(at + 3u) * mean_power(ends.x, ends.y, u32(numbers::at(at + axis)));
+    }
+    return sum;
+}
+
 /// Of one variable: parts of two periods, and the whole ones between them.
-fn in_periods(row: Row, start: f32, end: f32, power: u32) -> f32 {
+fn in_periods(row: Row, start: f32, end: f32, axis: u32) -> f32 {
     let low = min(start, end);
     let high = max(start, end);
     let passed = floor(high) - floor(low);
     let a = low - floor(low);
     let b = high - floor(high);
     if passed < 0.5 {
-        return row.at[3] * mean_power(a, b, power);
+        return mean_polynomial(row, a, b, axis);
     }
-    let sum = (1.0 - a) * mean_power(a, 1.0, power) + b * mean_power(0.0, b, power)
-        + (passed - 1.0) * mean_power(0.0, 1.0, power);
-    return row.at[3] * sum / (high - low);
+    let sum = (1.0 - a) * mean_polynomial(row, a, 1.0, axis) + b * mean_polynomial(row, 0.0, b, axis)
+        + (passed - 1.0) * mean_polynomial(row, 0.0, 1.0, axis);
+    return sum / (high - low);
+}
+
+/// Of all its periods.
+fn mean_of_all(row: Row) -> f32 {
+    let ends = variable(row, vec3<f32>(0.0, 1.0, 0.0));
+    var sum = 0.0;
+    for (var i = 0u; i < u32(row.at[7]); i++) {
+        let at = u32(row.at[3]) + 4u * i;
+        var product = numbers::at(at + 3u);
+        for (var axis = 0u; axis < 3u; axis++) {
+            product *= mean_power(ends.x, ends.y, u32(numbers::at(at + axis)));
+        }
+        sum += product;
+    }
+    return sum;
 }
 
 /// The mean between two shares of a segment that lie in one period.
@@ -208,7 +240,7 @@ fn between(row: Row, start: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> f32 {
     var sum = 0.0;
     for (var i = 0u; i < 8u; i++) {
         let node = num::gauss(i);
-        sum += node.y * monomial(row, start + way * mix(ends.x, ends.y, node.x));
+        sum += node.y * polynomial(row, start + way * mix(ends.x, ends.y, node.x));
     }
     return sum;
 }
@@ -251,8 +283,7 @@ fn step_by_step(row: Row, start: vec3<f32>, end: vec3<f32>) -> f32 {
         }
     }
     // The rest of a way from a light far away counts by the mean of all periods.
-    let parts = third(row) + 1.0;
-    return sum + (1.0 - ends.x) * row.at[3] / (parts.x * parts.y * parts.z);
+    return sum + (1.0 - ends.x) * mean_of_all(row);
 }
 
 /// A point from an object; of a line, across it.

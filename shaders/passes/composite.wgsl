@@ -80,7 +80,8 @@ fn beauty(pixel: vec2<u32>) -> vec3<f32> {
     let along = fog(pixel);
     let lost = num::absorptance(along.w);
     let surface = textureLoad(radiance, pixel, 0).rgb;
-    return surface * (1.0 - lost) + along.rgb + frame.ambient * lost;
+    let through = select(0.0, 1.0 - lost, along.w < frame.opaque);
+    return surface * through + along.rgb + frame.ambient * lost;
 }
 
 /// Airlight and optical depth of a pixel.

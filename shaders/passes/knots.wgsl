@@ -135,7 +135,7 @@ fn deepest_end(place: u32, corner: vec2<u32>) -> f32 {
 
 /// Where haze that is everywhere hides what is behind [m].
 fn opaque_haze() -> f32 {
-    return block::OPAQUE / max(haze::bounds().x, 1.0 / block::FAR);
+    return min(frame.opaque, block::OPAQUE) / max(haze::bounds().x, 1.0 / block::FAR);
 }
 
 /// Where the block's rays meet fog; marks the blobs near them.

@@ -172,6 +172,7 @@ fn beauty<S: Simd>(
     airlight: &Rows,
     depth: &Row,
 ) -> Rows {
+    let opaque = Lanes::splat(simd, context.view.options.opaque());
     let [r, g, b] = context.ambient;
     let ambient = V3::new(Lanes::splat(simd, r), Lanes::splat(simd, g), Lanes::splat(simd, b));
     let mut values = [[0.0; SIZE]; 3];
@@ -180,6 +181,8 @@ fn beauty<S: Simd>(
         let lost = depth.absorptance();
         // Not 1 − lost, which has no digits left of a bright surface in thick fog.
         let through = (-depth).exp();
+        let zero = depth.lit(0.0);
+        let through = Lanes::select(depth.lt(opaque), through, zero);
         let scattered = load3(simd, airlight, at) + ambient.scale(lost);
         let sum = load3(simd, surface, at).scale(through) + scattered;
         sum.x.store(&mut values[0][at..]);

@@ -33,7 +33,7 @@ pub fn render(
 ) -> Result<Frame, Interrupted> {
     let mut clock = Clock::start(progress);
     let geometry = cache.geometry(scene, progress)?;
-    let bands = cache.bands(scene, progress)?;
+    let bands = cache.seen_bands(scene, view, progress)?;
     clock.lap("prepare", true)?;
     let context = |field| Context::new(scene, &geometry, field, view, progress);
     let mut contexts: Vec<_> = bands.each().iter().map(context).collect();

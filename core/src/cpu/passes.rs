@@ -17,7 +17,7 @@ use crate::light::Source;
 use crate::media::Field;
 use crate::media::noise::Bend;
 use crate::phase::PhaseFunction;
-use crate::request::Quality;
+use crate::request::{Options, Quality};
 use crate::scene::Camera;
 use crate::shapes::Geometry;
 use std::sync::Arc;
@@ -40,6 +40,7 @@ pub struct Fogging {
     traced: Same<Traced>,
     field: Same<Field>,
     noise: Option<Bend>,
+    options: Options,
     method: Method,
     /// The group, and where its light goes.
     group: Option<(usize, PhaseFunction)>,
@@ -88,6 +89,7 @@ impl Fogging {
             traced: Same::new(traced),
             field: Same::new(context.field),
             noise: context.noise.clone(),
+            options: context.view.options,
             method: if context.shows_airlight() { context.method } else { Method::None },
             group: scatter.map(|i| (of(i).group, of(i).phase)),
             quality: context.view.quality,

@@ -8,8 +8,10 @@ use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
 use crate::media::{Bands, Field, Moment, Term};
 use crate::progress::{Interrupted, Progress};
+use crate::request::View;
 use crate::scene::{Blob, CheckedScene, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Geometries, and fields: those of a few scenes that clients go to and fro between.
@@ -30,6 +32,7 @@ type Lit = (Same<Field>, Source);
 pub struct Cache {
     geometry: Kept<Vec<Surface>, Geometry>,
     bands: Kept<Vec<Term>, Kept<Moment, Bands>>,
+    pruned: Kept<(Same<Bands>, DVec3, f64), Bands>,
     to_light: Kept<Lit, Vec<f64>>,
     exact_to_light: Kept<Lit, CenterDepths>,
     tables: Kept<(Lit, Fineness), Option<LightTable>>,
@@ -42,6 +45,7 @@ impl Default for Cache {
                 surfaces.iter().map(bytes_of_surface).sum::<usize>() + geometry.bytes()
             }),
             bands: Kept::new(SCENES, |terms, _| terms.iter().map(bytes_of_term).sum()),
+            pruned: Kept::new(MOMENTS, |_, bands| bands.bytes()),
             to_light: Kept::new(AROUND_LIGHTS, |_, depths| size_of_val(depths.as_slice())),
             exact_to_light: Kept::new(AROUND_LIGHTS, |_, depths| depths.bytes()),
             tables: Kept::new(AROUND_LIGHTS, |_, table| {
@@ -78,6 +82,25 @@ impl Cache {
         let moments = || Ok::<_, Interrupted>(Kept::new(MOMENTS, |_, bands: &Bands| bands.bytes()));
         let moments = self.bands.get(terms.as_slice(), progress, moments)?;
         moments.get(&moment, progress, || Ok(Bands::new(terms, &moment)))
+    }
+
+    /// The same as a view may see it: with fewer blobs far away, if it may be off by as much.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn seen_bands(
+        &self,
+        scene: &CheckedScene,
+        view: &View,
+        progress: &Progress,
+    ) -> Result<Arc<Bands>, Interrupted> {
+        let bands = self.bands(scene, progress)?;
+        let (eye, error) = (scene.camera.position.vector(), view.options.lod_error);
+        if error == 0.0 {
+            return Ok(bands);
+        }
+        let key = (Same::new(&bands), eye, error);
+        self.pruned.get(&key, progress, || Ok(bands.pruned(eye, error)))
     }
 
     /// The blobs' depths from a light as pictures take them, which no move of the camera changes.

@@ -4,6 +4,7 @@ use super::light_table::LightTable;
 use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
+use crate::airlight::mapped::OPAQUE;
 use crate::light::Source;
 use crate::media::noise::Bend;
 use crate::media::{Field, Scattering};
@@ -133,6 +134,11 @@ impl<'a> Context<'a> {
     /// Whether the light of the lamps in the fog is shown.
     pub fn is_lit(&self) -> bool {
         self.shows_airlight() && self.method != Method::None
+    }
+
+    /// Optical depth behind which airlight is not seen.
+    pub fn opaque(&self) -> f32 {
+        self.view.options.opaque().min(OPAQUE as f32)
     }
 
     /// Whether the mapped airlight is shown.

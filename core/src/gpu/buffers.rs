@@ -459,5 +459,6 @@ pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> Vie
         step: step as u32,
         blobs: context.field.lumps() as u32,
         scatters: context.scatters.len() as u32,
+        opaque: context.view.options.opaque(),
     }
 }

@@ -16,7 +16,7 @@ macro_rules! sources {
     };
 }
 
-/// The number of the list of numbers that media in closed form share, as `shaders/media/fogmap.wgsl` says it;
+/// The number of the list of numbers that media in closed form share, as `shaders/media/numbers.wgsl` says it;
 /// behind those of every pass. Behind it stand their rows, a list a medium.
 pub const NUMBERS_BINDING: u32 = 20;
 
@@ -114,6 +114,7 @@ const MODULES: &[(&str, &str)] = &sources![
     "sparse",
     "bundle",
     "media/vertical",
+    "media/numbers",
     "media/homogeneous",
     "media/functions",
     "media/fogmap",

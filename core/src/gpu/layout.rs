@@ -36,7 +36,7 @@ rows! {
     View in "fogbank::view" {
         forward: Vec3, far_m: f32, right: Vec3, sample_x: f32, up: Vec3, sample_y: f32,
         size: Vec2, targets: Vec2, ambient: Vec3, cut_off_m: f32, weighing: f32, exposure: f32,
-        parallel: u32, step: u32, blobs: u32, scatters: u32
+        parallel: u32, step: u32, blobs: u32, scatters: u32, opaque: f32
     }
     /// A part of a list that one dispatch works on.
     Span in "fogbank::view" { first: u32, end: u32, lamp: u32, slot: u32 }

@@ -133,7 +133,7 @@ impl Gpu {
         progress: &Progress,
     ) -> Result<Option<Frame>, Failure> {
         let geometry = cache.geometry(scene, progress)?;
-        let fields = cache.bands(scene, progress)?;
+        let fields = cache.seen_bands(scene, view, progress)?;
         let is_coloured = fields.each().len() > 1;
         let mut bands = Vec::new();
         for field in fields.each() {

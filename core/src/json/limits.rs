@@ -58,6 +58,10 @@ pub const SPREAD: Range = Range::new(0.0, 180.0);
 pub const GROWTH: Range = Range::new(0.0, 1e3);
 /// By how much noise shifts a blob, in its radii.
 pub const NOISE_STRENGTH: Range = Range::new(0.0, 10.0);
+/// Relative error of the mean optical depth.
+pub const LOD_ERROR: Range = Range::new(0.0, 1.0);
+/// Transmittance below which a ray ends.
+pub const FAR_CUT: Range = Range::new(0.0, 0.1);
 /// Powers of a monomial, together.
 pub const POWER: Range = Range::new(0.0, 15.0);
 /// Sides of a map's cells, and periods of noise [m].

@@ -62,6 +62,16 @@ impl Bands {
         if enabled.all(Term::is_grey) { 1 } else { 3 }
     }
 
+    /// The same with fewer blobs far from the eye: see [`Field::pruned`].
+    #[must_use]
+    pub fn pruned(&self, eye: DVec3, error: f64) -> Self {
+        let band = |field: &Arc<Field>| match field.pruned(eye, error) {
+            Some(pruned) => Arc::new(pruned),
+            None => Arc::clone(field),
+        };
+        Self(self.0.iter().map(band).collect())
+    }
+
     /// Each of them.
     pub fn each(&self) -> &[Arc<Field>] {
         &self.0

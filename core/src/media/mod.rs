@@ -105,7 +105,7 @@ macro_rules! media {
             &[$(($kind, <$Kind as TermKind>::SOURCE, <$Kind as TermKind>::TRIAL)),*];
 
         /// Terms of a fog as one channel meets them, each kind as one medium.
-        #[derive(Debug, Default)]
+        #[derive(Clone, Debug, Default)]
         pub struct Media { $($(#[$doc])* pub $stem: <$Kind as TermKind>::Medium),* }
 
         impl Media {

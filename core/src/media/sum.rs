@@ -1,6 +1,7 @@
 //! The sum of all media: what callers see as one.
 
 use super::closed::hull;
+use super::gaussians::{Blobs, Pruning};
 use super::groups::groups;
 use super::{
     Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
@@ -41,6 +42,18 @@ impl Field {
             groups.push(Media::default());
         }
         Self { groups }
+    }
+
+    /// The same with fewer blobs far from the eye, so that the mean optical depth is off by no more than a share of
+    /// itself; `None` where all stay.
+    pub fn pruned(&self, eye: DVec3, error: f64) -> Option<Self> {
+        let blobs = self.groups.iter().flat_map(|media| media.gaussians.all());
+        let pruning = Pruning::new(blobs, eye, error)?;
+        let group = |media: &Media| Media {
+            gaussians: Blobs::new(pruning.of(media.gaussians.all())),
+            ..media.clone()
+        };
+        Some(Self { groups: self.groups.iter().map(group).collect() })
     }
 
     /// The groups, for methods that are about one medium.

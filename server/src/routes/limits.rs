@@ -68,6 +68,10 @@ struct Ranges {
     divisor_growth: Range,
     /// Powers of a monomial, together.
     power: Range,
+    /// Relative error that pruning may leave in the mean optical depth.
+    lod_error: Range,
+    /// Transmittance below which a ray ends.
+    far_cut: Range,
     /// Sides of a map's cells, and periods of noise [m].
     cell: Range,
     /// By how much noise shifts a blob, in its radii.
@@ -106,6 +110,8 @@ const RANGES: Ranges = Ranges {
     divisor: limits::DIVISOR,
     divisor_growth: limits::DIVISOR_GROWTH,
     power: limits::POWER,
+    lod_error: limits::LOD_ERROR,
+    far_cut: limits::FAR_CUT,
     cell: limits::CELL,
     noise_strength: limits::NOISE_STRENGTH,
     rate: limits::RATE,

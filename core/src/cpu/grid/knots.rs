@@ -6,7 +6,6 @@
 //! tabulated stays continuous across the picture, and smooth along every section.
 
 use super::{BLOCK, Grid};
-use crate::airlight::mapped::OPAQUE;
 use crate::cpu::places::{PLACES, cone};
 use crate::frame::context::Lamp;
 use crate::geometry::control::{Control, Each, PADDED};
@@ -344,7 +343,7 @@ impl Reach {
         area: Area,
         deepest: f32,
     ) -> Option<Self> {
-        let deepest = deepest.min(met.hides_from(0.0, OPAQUE as f32));
+        let deepest = deepest.min(met.hides_from(0.0, grid.context.opaque()));
         let rims = PLACES[..4].iter().map(|place| area.half * Vec2::from(*place));
         let rims = rims.collect::<Vec<_>>();
         let lumps = fog.lumps(&cone(grid.context, area.middle, &rims, deepest));

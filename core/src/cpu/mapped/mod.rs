@@ -19,7 +19,7 @@ pub use control::toward_light;
 
 use super::fog::near_views;
 use super::places::{Member, Places, Samples};
-use crate::airlight::mapped::{OPAQUE, PROBES};
+use crate::airlight::mapped::PROBES;
 use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};
 use crate::geometry::batch::{Ends, Fogged, get3};
@@ -188,7 +188,7 @@ impl Pass<'_> {
     fn reach(&self, patch: &Patch, control: &Sight) -> Option<Reach> {
         let longest = patch.members.last().map_or(0.0, |ray| ray.length(self.block));
         // Haze hides the rest of a long ray by itself.
-        let longest = longest.min(control.met.hides_from(0.0, OPAQUE as f32));
+        let longest = longest.min(control.met.hides_from(0.0, self.to.context.opaque()));
         let dense = control.met.dense(longest);
         let (from, to) = control.met.span_of(self.to.scatter.group, longest)?;
         Some(Reach { from, to: self.opaque_from(control, from, to, dense), dense })
@@ -226,17 +226,18 @@ impl Pass<'_> {
     /// Where nothing behind is seen any more: among the lumps, else behind them, where only haze is
     /// left.
     fn opaque_from(&self, sight: &Sight, from: f32, to: f32, dense: Option<(f32, f32)>) -> f32 {
-        let Some((_, end)) = dense.filter(|_| sight.met.most(to) >= OPAQUE as f32) else {
+        let Some((_, end)) = dense.filter(|_| sight.met.most(to) >= self.to.context.opaque())
+        else {
             return to;
         };
         let part = (end - from) / PROBES as f32;
         let t: [f32; PROBES] = std::array::from_fn(|i| (i as f32 + 1.0).mul_add(part, from));
         let depth = &sight.met.depth(self.to.context.job.level, &pairs(&t));
         let thinnest = |at: usize| of_place(depth, at).into_iter().fold(f32::INFINITY, f32::min);
-        if let Some(opaque) = (0..PROBES).find(|at| thinnest(*at) > OPAQUE as f32) {
+        if let Some(opaque) = (0..PROBES).find(|at| thinnest(*at) > self.to.context.opaque()) {
             return t[opaque];
         }
-        to.min(sight.met.hides_from(end, OPAQUE as f32 - thinnest(PROBES - 1)))
+        to.min(sight.met.hides_from(end, self.to.context.opaque() - thinnest(PROBES - 1)))
     }
 
     /// Adds the lamp's airlight to the rays of a layer.

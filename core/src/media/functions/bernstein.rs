@@ -27,6 +27,28 @@ pub fn least_of(monomials: &[Monomial]) -> f64 {
     open.iter().map(|(bound, _)| *bound).fold(least, f64::min)
 }
 
+/// The same polynomial in 2u − 1 on every axis.
+pub fn centred(monomials: &[Monomial]) -> Vec<Monomial> {
+    /// What rounding leaves of a coefficient that is none.
+    const NOTHING: f64 = 1e-14;
+    // u^p = 2^(−p) Σ C(p, k) s^k.
+    let change = |line: &[f64]| -> Vec<f64> {
+        let of = |k: usize| {
+            (k..line.len()).map(|p| line[p] * binomial(p, k) * 0.5f64.powi(p as i32)).sum()
+        };
+        (0..line.len()).map(of).collect()
+    };
+    let whole = Tensor::new(monomials);
+    let most = whole.values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+    let Tensor { size, values } = [0, 1, 2].iter().fold(whole, |t, k| t.along(*k, change));
+    let there = values.iter().enumerate().filter(|(_, value)| value.abs() > NOTHING * most);
+    let monomial = |(i, coefficient): (usize, &f64)| {
+        let powers = [i / (size[1] * size[2]), i / size[2] % size[1], i % size[2]];
+        Monomial { powers: powers.map(|power| power as u8), coefficient: *coefficient }
+    };
+    there.map(monomial).collect()
+}
+
 /// A polynomial's coefficients by its three powers.
 struct Tensor {
     size: [usize; 3],

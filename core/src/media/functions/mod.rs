@@ -389,9 +389,9 @@ impl Closed for Families {
         waves.chain(periods).map(|length| 0.15 * length).chain(peaks).fold(f64::INFINITY, f64::min)
     }
 
-    fn words(&self, _numbers: &mut Vec<f32>) -> Vec<Words> {
+    fn words(&self, numbers: &mut Vec<f32>) -> Vec<Words> {
         let waves = self.waves.iter().map(Wave::words);
-        let polynomials = self.polynomials.iter().flat_map(Periodic::words);
+        let polynomials = self.polynomials.iter().map(|one| one.words(numbers));
         waves.chain(polynomials).chain(self.potentials.iter().map(Potential::words)).collect()
     }
 

@@ -5,7 +5,7 @@
 //! Gauss rule of half its degree integrates it exactly. Of one variable the whole periods between the ends
 //! count as often as there are; of several, borders are passed one by one.
 
-use super::bernstein::least_of;
+use super::bernstein::{centred, least_of};
 use super::member::member;
 use super::monomial::{Monomial, Monomials};
 use crate::media::toward::Toward;
@@ -124,7 +124,9 @@ struct Axis {
 /// A polynomial, seen from an origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Periodic {
+    /// What is summed up at a place: of u, or of 2u − 1.
     monomials: Vec<Monomial>,
+    is_centred: bool,
     /// Coefficients of its antiderivative if it has one variable: Σ c u^(i + 1).
     whole: Option<Vec<f64>>,
     axes: [Option<Axis>; 3],
@@ -134,6 +136,15 @@ pub struct Periodic {
     bounds: [f64; 2],
     /// Its mean over a period.
     average: f64,
+}
+
+/// By how much smaller terms of 2u − 1 must be, of which sums that nearly cancel keep their digits, to be worth as many
+/// more of them.
+const WORTH: f64 = 4.0;
+
+/// Σ |c|.
+fn size(monomials: &[Monomial]) -> f64 {
+    monomials.iter().map(|one| one.coefficient.abs()).sum()
 }
 
 impl Periodic {
@@ -148,10 +159,13 @@ impl Periodic {
         let least = least_of(&monomials);
         let negated = |one: &Monomial| Monomial { coefficient: -one.coefficient, ..*one };
         let most = -least_of(&monomials.iter().map(negated).collect::<Vec<_>>());
+        let around_middle = centred(&monomials);
+        let is_centred = WORTH * size(&around_middle) < size(&monomials);
         Self {
             whole: whole(&monomials, &from.period_m.0).filter(|_| from.repeat),
             average: monomials.iter().map(Monomial::average).sum(),
-            monomials,
+            is_centred,
+            monomials: if is_centred { around_middle } else { monomials },
             axes: from.period_m.0.map(|period| period.map(axis)),
             repeat: from.repeat,
             rule: nodes.into_iter().zip(weights).collect(),
@@ -356,6 +370,9 @@ impl Periodic {
     /// Σ c Π uᵢ^pᵢ.
     #[inline(always)]
     fn value<N: Num>(&self, u: V3<N>) -> N {
+        let (one, two) = (u.x.lit(1.0), u.x.lit(2.0));
+        let centred = V3::new(u.x.mul_add(two, -one), u.y.mul_add(two, -one), u.z.mul_add(two, -one));
+        let u = if self.is_centred { centred } else { u };
         let mut sum = u.x.lit(0.0);
         for Monomial { powers: [p, q, r], coefficient } in &self.monomials {
             let product = power(u.x, *p) * power(u.y, *q) * power(u.z, *r);
@@ -364,24 +381,22 @@ impl Periodic {
         sum
     }
 
-    /// As the shader reads it: a row a monomial, the first of which tells of the edges.
-    pub fn words(&self) -> Vec<Words> {
+    /// As the shader reads it; its monomials stand among the numbers.
+    pub fn words(&self, numbers: &mut Vec<f32>) -> Words {
         let rate = self.axes.map(|axis| axis.map_or(0.0, |axis| axis.rate as f32));
         let offset = self.axes.map(|axis| axis.map_or(0.5, |axis| axis.offset as f32));
-        let row = |(i, one): (usize, &Monomial)| {
-            let powers = one.powers.map(f32::from);
-            let kind = match (self.repeat, i) {
-                (true, _) => 1.0,
-                (false, 0) => 5.0,
-                (false, _) => 6.0,
-            };
-            vec![
-                Vec3::from(rate).extend(one.coefficient as f32),
-                Vec3::from(offset).extend(0.0),
-                Vec4::new(powers[0], powers[1], powers[2], kind),
-            ]
-        };
-        self.monomials.iter().enumerate().map(row).collect()
+        let first = numbers.len() as f32;
+        for Monomial { powers, coefficient } in &self.monomials {
+            numbers.extend(powers.map(f32::from));
+            numbers.push(*coefficient as f32);
+        }
+        let [least, most] = self.bounds.map(|bound| bound as f32);
+        let kind = if self.repeat { 1.0 } else { 5.0 };
+        vec![
+            Vec3::from(rate).extend(first),
+            Vec3::from(offset).extend(self.monomials.len() as f32),
+            Vec4::new(least, most, f32::from(u8::from(self.is_centred)), kind),
+        ]
     }
 }
 

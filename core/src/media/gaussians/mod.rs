@@ -7,10 +7,12 @@ mod blob;
 mod exact;
 mod lanes;
 mod list;
+mod prune;
 mod tree;
 
 use blob::Line;
 pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
+pub use prune::Pruning;
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 
 use super::{
@@ -248,6 +250,12 @@ pub struct Blobs {
     all: Vec<Gaussian>,
     picture_tree: OnceLock<BlobTree>,
     exact_tree: OnceLock<BlobTree>,
+}
+
+impl Clone for Blobs {
+    fn clone(&self) -> Self {
+        Self::new(self.all.clone())
+    }
 }
 
 impl Blobs {

@@ -1,0 +1,86 @@
+//! What a picture may lose for speed, and that it loses no more.
+
+#![allow(clippy::expect_used, reason = "a test stops where it fails")]
+
+use fogbank_core::Frame;
+use fogbank_core::request::{Layer, Options, Quality, View};
+use fogbank_tests::scenes::{Random, render, scene, view};
+use serde_json::{Value, json};
+
+/// Blobs over a plain that reaches far away.
+fn plain() -> Value {
+    let mut random = Random(5);
+    let mut blob = || {
+        json!({ "center": [random.between(-300.0, 300.0), random.between(0.0, 6.0), random.between(-900.0, 0.0)],
+            "radius": random.decades(1.0, 6.0), "extinction": random.decades(0.01, 0.1) })
+    };
+    let blobs: Vec<_> = (0..4000).map(|_| blob()).collect();
+    json!({
+        "camera": { "position": [0, 9, 60], "target": [0, 2, -200] },
+        "surfaces": [{ "shape": { "kind": "plane" } }],
+        "lights": [{ "kind": "point", "position": [0, 20, -100], "intensity": [5e4, 5e4, 5e4] }],
+        "fog": { "terms": [{ "kind": "gaussians", "blobs": blobs }] },
+        "far_m": 2000 })
+}
+
+fn picture(json: &Value, layer: Layer, options: Options) -> Frame {
+    render(&scene(json), &View { options, ..view(160, 120, layer, Quality::Full) })
+}
+
+fn mean(frame: &Frame) -> f64 {
+    frame.pixels.iter().copied().map(f64::from).sum::<f64>() / frame.pixels.len() as f64
+}
+
+/// The mean optical depth stays within what was allowed, less is drawn, and the same at every time.
+#[test]
+fn pruning_keeps_the_mean_optical_depth() {
+    let json = plain();
+    let all = picture(&json, Layer::OpticalDepth, Options::default());
+    let mut before = 0.0;
+    for lod_error in [0.01, 0.05, 0.2] {
+        let options = Options { lod_error, ..Options::default() };
+        let pruned = picture(&json, Layer::OpticalDepth, options);
+        let off = (mean(&pruned) / mean(&all) - 1.0).abs();
+        assert!(off <= lod_error, "{lod_error}: {off}");
+        let differing =
+            pruned.pixels.iter().zip(&all.pixels).map(|(a, b)| f64::from((a - b).abs()));
+        let differing = differing.sum::<f64>();
+        assert!(differing > before, "{lod_error} leaves out no more: {differing}");
+        before = differing;
+        assert_eq!(pruned.pixels, picture(&json, Layer::OpticalDepth, options).pixels);
+    }
+}
+
+/// A step of the camera makes nothing pop: no pixel of a pruned picture changes by much more than one of the whole.
+#[test]
+fn nothing_pops_while_the_camera_moves() {
+    let json = plain();
+    let mut moved = json.clone();
+    moved["camera"]["position"] = json!([0, 9, 59.95]);
+    moved["camera"]["target"] = json!([0, 2, -200.05]);
+    let most = |lod_error: f64| {
+        let options = Options { lod_error, ..Options::default() };
+        let [a, b] = [&json, &moved].map(|json| picture(json, Layer::Transmittance, options));
+        a.pixels.iter().zip(&b.pixels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    let (whole, pruned) = (most(0.0), most(0.1));
+    assert!(pruned < 3.0 * whole + 0.02, "{pruned}, of all blobs {whole}");
+}
+
+/// What lies behind the cut is not seen, and no pixel loses more than that share of what there is.
+#[test]
+fn a_cut_hides_what_little_is_seen() {
+    let json = json!({
+        "camera": { "position": [0, 2, 0], "target": [0, 1.5, -10] },
+        "surfaces": [{ "shape": { "kind": "plane" }, "material": { "emission": [1, 1, 1] } }],
+        "fog": { "ambient": [0.2, 0.2, 0.2], "terms": [{ "kind": "homogeneous", "extinction": 0.1 }] },
+        "far_m": 200 });
+    let far_cut = 0.05;
+    let cut = Options { far_cut, ..Options::default() };
+    let [all, cut] =
+        [Options::default(), cut].map(|options| picture(&json, Layer::Beauty, options));
+    let lost = |(a, b): (&f32, &f32)| f64::from(a - b);
+    let lost: Vec<_> = all.pixels.iter().zip(&cut.pixels).map(lost).collect();
+    assert!(lost.iter().all(|lost| (-1e-6..far_cut * 1.0 + 1e-6).contains(lost)));
+    assert!(lost.iter().any(|lost| *lost > 0.5 * far_cut), "nothing is cut");
+}
