@@ -91,9 +91,10 @@ licences() {
   cargo deny --workspace check licenses bans sources
 }
 
-# What the tests of the HTTP API and of the page talk to, built once.
+# What the tests of the HTTP API and of the page talk to, built once; together with the tests, so that what both are
+# made of is.
 program() {
-  cargo build --quiet --workspace --bin fogbank
+  cargo build --quiet --workspace --bin fogbank --tests
   export FOGBANK_BIN="$TARGET/debug/fogbank"
 }
 

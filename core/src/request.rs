@@ -43,7 +43,7 @@ pub struct RenderRequest {
 }
 
 /// What a frame may lose for speed; nothing if nothing is said.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
     /// Relative error that the mean optical depth of the picture may have: of many blobs far away some are left out,
@@ -54,6 +54,17 @@ pub struct Options {
     /// that share is lost at most. 0 cuts nothing off.
     #[schemars(range(min = limits::FAR_CUT.min, max = limits::FAR_CUT.max))]
     pub far_cut: f64,
+    /// Fog is computed for a grid of this fraction of the picture, halved from one to a sixteenth, and carried over
+    /// between pixels that lie at a like depth (Biri 2002, section 4.1). Edges of depth have their own fog; `auto` of
+    /// 8-bit pictures stands on a grid anyway.
+    #[schemars(range(min = limits::FOG_SCALE.min, max = limits::FOG_SCALE.max))]
+    pub fog_scale: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { lod_error: 0.0, far_cut: 0.0, fog_scale: 1.0 }
+    }
 }
 
 impl Options {
@@ -65,6 +76,7 @@ impl Options {
     fn check(&self, check: &mut Checker) {
         check.number(self.lod_error, limits::LOD_ERROR, || "/options/lod_error".into());
         check.number(self.far_cut, limits::FAR_CUT, || "/options/far_cut".into());
+        check.number(self.fog_scale, limits::FOG_SCALE, || "/options/fog_scale".into());
     }
 }
 

@@ -183,6 +183,9 @@ pub struct RenderArgs {
     /// Transmittance below which a ray ends.
     #[arg(long, env = "FOGBANK_FAR_CUT", default_value_t = 0.0, value_name = "SHARE")]
     pub far_cut: f64,
+    /// Fraction of the picture that fog is computed for.
+    #[arg(long, env = "FOGBANK_FOG_SCALE", default_value_t = 1.0, value_name = "SHARE")]
+    pub fog_scale: f64,
     /// Seconds it may take [default: any].
     #[arg(long, env = "FOGBANK_DEADLINE_S", value_name = "S", value_parser = seconds)]
     pub deadline_s: Option<f64>,

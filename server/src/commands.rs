@@ -70,7 +70,11 @@ pub fn render(args: RenderArgs) -> Result<(), Failure> {
         samples: args.samples,
         exposure_ev: args.exposure_ev,
         tonemap: args.tonemap,
-        options: Options { lod_error: args.lod_error, far_cut: args.far_cut },
+        options: Options {
+            lod_error: args.lod_error,
+            far_cut: args.far_cut,
+            fog_scale: args.fog_scale,
+        },
     };
     let checked = request.check().map_err(|mut problems| {
         if args.airlight.is_some() {

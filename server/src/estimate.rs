@@ -6,7 +6,7 @@ use fogbank_core::image::Format;
 use fogbank_core::request::View;
 use fogbank_core::scene::{Airlight, CheckedScene};
 
-/// Pairs of a pixel and a blob in a picture that looks short. Two processors take about two
+/// Pairs of a pixel and a blob, or what else a ray sums up, in a picture that looks short. Two processors take about two
 /// seconds for so many.
 const SHORT_PAIRS: u64 = 4_000_000_000;
 
@@ -17,13 +17,17 @@ const SHORT_TRIPLES: u64 = 10_000_000;
 /// The lane of a picture.
 pub fn lane_of_picture(scene: &CheckedScene, view: &View) -> Lane {
     let pixels = u64::from(view.width) * u64::from(view.height);
-    lane(scene, pixels * (1 + blobs(scene)) * integrals(scene) <= SHORT_PAIRS)
+    lane(
+        scene,
+        pixels.saturating_mul(1 + terms(scene)).saturating_mul(integrals(scene)) <= SHORT_PAIRS,
+    )
 }
 
 /// The lane of a probe.
 pub fn lane_of_probe(scene: &CheckedScene, rays: usize) -> Lane {
     let lights = 1 + scene.lights.len() as u64;
-    let triples = rays as u64 * lights * (1 + blobs(scene)) * integrals(scene);
+    let pairs = (rays as u64).saturating_mul(lights).saturating_mul(1 + terms(scene));
+    let triples = pairs.saturating_mul(integrals(scene));
     lane(scene, triples <= SHORT_TRIPLES)
 }
 
@@ -37,9 +41,10 @@ fn integrals(scene: &CheckedScene) -> u64 {
     (scene.fog.bands() * scene.fog.scatterings().len().max(1)) as u64
 }
 
-fn blobs(scene: &CheckedScene) -> u64 {
+/// Blobs, cells, waves and monomials that a ray may sum up.
+fn terms(scene: &CheckedScene) -> u64 {
     let enabled = scene.fog.terms.iter().filter(|term| term.common().enabled);
-    enabled.map(|term| term.blobs() as u64).sum()
+    enabled.map(|term| term.cost(scene.far_m) as u64).sum()
 }
 
 /// The most bytes of a picture's file; its head, and what an 8-bit format may add where nothing can

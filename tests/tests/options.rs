@@ -84,3 +84,32 @@ fn a_cut_hides_what_little_is_seen() {
     assert!(lost.iter().all(|lost| (-1e-6..far_cut * 1.0 + 1e-6).contains(lost)));
     assert!(lost.iter().any(|lost| *lost > 0.5 * far_cut), "nothing is cut");
 }
+
+/// Fog on a coarser grid is the same but for what changes between its pixels, and edges of depth keep theirs.
+#[test]
+fn a_coarse_grid_of_fog_shows_nearly_the_same() {
+    let json = json!({
+        "camera": { "position": [0, 1.7, 8], "target": [0, 1, 0] },
+        "surfaces": [{ "shape": { "kind": "plane" } },
+            { "shape": { "kind": "sphere", "center": [1.2, 0.8, 0], "radius": 0.8 } },
+            { "shape": { "kind": "box", "min": [-3, 0, -3], "max": [-2, 2, -2] } }],
+        "lights": [{ "kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24] }],
+        "fog": { "airlight": "none", "ambient": [0.5, 0.5, 0.5], "terms": [
+            { "kind": "functions", "scale": 0.1, "members": [
+                { "kind": "cosine", "amplitude": 1, "wave_vector": [0, 0, 0] },
+                { "kind": "cosine", "amplitude": 0.9, "wave_vector": [0.8, 1.5, 0.6] } ] }] },
+        "far_m": 60 });
+    let all = picture(&json, Layer::Transmittance, Options::default());
+    let mut before = 0.0;
+    for fog_scale in [0.5, 0.25] {
+        let options = Options { fog_scale, ..Options::default() };
+        let coarse = picture(&json, Layer::Transmittance, options);
+        let off = |(a, b): (&f32, &f32)| f64::from((a - b).abs());
+        let off: Vec<_> = all.pixels.iter().zip(&coarse.pixels).map(off).collect();
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        // A tenth of the waves is between neighbours of the coarser one.
+        assert!(mean > before && mean < 0.004, "{fog_scale}: {mean}");
+        assert!(off.iter().all(|off| *off < 0.06), "{fog_scale}");
+        before = mean;
+    }
+}

@@ -9,7 +9,7 @@ fn within(what: &str, errors: Errors, [median, p95]: [f64; 2]) {
 
 fn check(wanted: Use) {
     for trial in all() {
-        let measured = trial.measure("auto", wanted, 450, 120);
+        let measured = trial.measure("auto", wanted, 600, 200);
         within(&trial.name, measured.everywhere, [0.003, 0.03]);
         // A screen shows 256 steps: where blobs are a few pixels wide, neighbours differ by more
         // than that anyway.

@@ -58,8 +58,8 @@ pub struct Fogging {
 pub struct Shading {
     traced: Same<Traced>,
     field: Same<Field>,
-    /// In drafts it is carried over from pixel to pixel.
-    is_low: bool,
+    /// Pixels over which it is carried from one to the next.
+    step: usize,
     is_clear: bool,
     lamp: Light,
 }
@@ -108,8 +108,8 @@ impl Shading {
         let mut light = Light::new(lamp);
         light.table = light.table.filter(|_| context.looks_up_lights());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
-        let (is_low, is_clear) = (context.is_low(), context.is_clear);
-        Self { traced, field, is_low, is_clear, lamp: light }
+        let step = if context.is_low() { context.step() } else { 1 };
+        Self { traced, field, step, is_clear: context.is_clear, lamp: light }
     }
 }
 

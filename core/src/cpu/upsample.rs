@@ -1,5 +1,5 @@
-//! The low resolution of a draft (Fogshop 5.4): fog is computed for one pixel in 16, exactly as in
-//! a full frame, and its values are carried over to the pixels between that lie at a like depth.
+//! The low resolution of a draft, or of a picture that asks for one (Fogshop 5.4; Biri 2002, section 4.1): fog is computed
+//! for one pixel in 16, or as many as are asked for, exactly as in a full frame, and its values are carried over to the pixels between that lie at a like depth.
 //! Where no computed neighbour does, along depth edges, the pixel is computed itself: no halo of
 //! background fog stands over a foreground edge. So are the pixels around a lamp's image, where
 //! airlight has a peak.
@@ -12,8 +12,6 @@ use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, TILE};
 use crate::progress::Interrupted;
 
-/// Pixels from one computed pixel to the next.
-const STEP: usize = 4;
 /// Depths that differ by more than this share do not lend each other their fog.
 const LIKE: f32 = 0.1;
 /// Below this sum of weights a pixel has no neighbour to borrow from.
@@ -25,6 +23,8 @@ const SHARE: f64 = 0.5;
 
 /// The computed pixels.
 pub struct Low {
+    /// Pixels from one of them to the next: a power of two up to the side of a tile.
+    step: usize,
     grid: Grid,
     hits: Vec<Hits>,
     fogged: Vec<Fogged>,
@@ -33,22 +33,25 @@ pub struct Low {
     glows: Vec<(f64, f64)>,
 }
 
-/// Computed pixels along the side of what a tile may borrow from.
-const REACH: usize = TILE / STEP + 2;
-
 /// The computed pixels around a tile.
 struct Around {
+    step: usize,
     /// Tile of the low resolution and place in it.
-    at: [(usize, usize); REACH * REACH],
+    at: Vec<(usize, usize)>,
     /// Length of the ray, negative where it meets nothing.
-    length: [f32; REACH * REACH],
+    length: Vec<f32>,
+}
+
+/// Computed pixels along the side of what a tile may borrow from.
+fn reach(step: usize) -> usize {
+    TILE / step + 2
 }
 
 /// Four places in [`Around`] with their weights, which add up to 1.
 type Sources = [(usize, f32); 4];
 
 impl Low {
-    /// Computes one pixel in 16: the airlight of some lamps, and what lies between others and the surfaces.
+    /// Computes one pixel of a square: the airlight of some lamps, and what lies between others and the surfaces.
     ///
     /// # Errors
     /// [`Interrupted`] when the job's progress says so.
@@ -58,8 +61,8 @@ impl Low {
         shaded: &[usize],
         hits: &[Box<Hits>],
     ) -> Result<Self, Interrupted> {
-        let full = context.grid;
-        let grid = Grid { width: full.width.div_ceil(STEP), height: full.height.div_ceil(STEP) };
+        let (full, step) = (context.grid, context.step());
+        let grid = Grid { width: full.width.div_ceil(step), height: full.height.div_ceil(step) };
         context.job.progress.start(grid.count(), SHARE);
         let blank = (Hits::nothing(context.far_m), Fogged::clear(0), Vec::new());
         let tiles = tiles(context, 0..grid.count(), &blank, |index| {
@@ -72,7 +75,8 @@ impl Low {
         });
         let images = context.lamps.iter().filter_map(|lamp| lamp.image(&context.viewpoint));
         let glows = images.map(|at| (at.x, at.y)).collect();
-        let mut low = Self { grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
+        let mut low =
+            Self { step, grid, hits: vec![], fogged: vec![], light_depths: vec![], glows };
         for (hits, fogged, depths) in tiles? {
             low.hits.push(hits);
             low.fogged.push(fogged);
@@ -146,14 +150,16 @@ impl Low {
     /// The computed pixels around a tile, those at the picture's border repeated beyond it.
     fn around(&self, context: &Context, index: usize) -> Around {
         let tile = context.grid.tile(index);
+        let (step, reach) = (self.step, reach(self.step));
         let clamp = |v: usize, count: usize| v.saturating_sub(1).min(count - 1);
-        let at = std::array::from_fn(|i| {
-            let x = clamp(tile.x / STEP + i % REACH, self.grid.width);
-            let y = clamp(tile.y / STEP + i / REACH, self.grid.height);
+        let place = |i: usize| {
+            let x = clamp(tile.x / step + i % reach, self.grid.width);
+            let y = clamp(tile.y / step + i / reach, self.grid.height);
             self.grid.locate(x, y)
-        });
-        let length = at.map(|(tile, place)| signed_length(&self.hits[tile], place));
-        Around { at, length }
+        };
+        let at: Vec<_> = (0..reach * reach).map(place).collect();
+        let length = at.iter().map(|(tile, place)| signed_length(&self.hits[*tile], *place));
+        Around { step, length: length.collect(), at }
     }
 
     /// Calls `carry` with the sources of every pixel of a tile that has any; returns the others.
@@ -199,21 +205,22 @@ fn signed_length(hits: &Hits, at: usize) -> f32 {
 impl Around {
     /// The four computed pixels around one, weighed by nearness and by likeness of depth.
     fn sources(&self, at: usize, length: f32) -> Option<Sources> {
+        let (step, reach) = (self.step, reach(self.step));
         let between = |v: usize| {
-            // Pixel STEP/2 of a cell is computed; one cell stands before the tile.
-            let place = v + STEP - STEP / 2;
-            (place / STEP, (place % STEP) as f32 / STEP as f32)
+            // The pixel in the middle of a cell is computed; one cell stands before the tile.
+            let place = v + step - step / 2;
+            (place / step, (place % step) as f32 / step as f32)
         };
         let (left, fx) = between(at % TILE);
         let (top, fy) = between(at / TILE);
-        let first = top * REACH + left;
+        let first = top * reach + left;
         let scale = 1.0 / (LIKE * length.abs()).max(f32::MIN_POSITIVE);
         let mut sum = 0.0;
         let sources = [
             (first, (1.0 - fx) * (1.0 - fy)),
             (first + 1, fx * (1.0 - fy)),
-            (first + REACH, (1.0 - fx) * fy),
-            (first + REACH + 1, fx * fy),
+            (first + reach, (1.0 - fx) * fy),
+            (first + reach + 1, fx * fy),
         ]
         .map(|(source, near)| {
             let weight = near * (1.0 - (self.length[source] - length).abs() * scale).max(0.0);
@@ -229,10 +236,11 @@ fn gather(context: &Context, hits: &[Box<Hits>], grid: Grid, index: usize) -> (R
     let tile = grid.tile(index);
     let mut rays = Rays::empty();
     let mut low = Hits::nothing(context.far_m);
+    let step = context.step();
     for at in 0..SIZE {
         let (i, j) = (tile.x + at % TILE, tile.y + at / TILE);
-        let x = (i * STEP + STEP / 2).min(context.grid.width - 1);
-        let y = (j * STEP + STEP / 2).min(context.grid.height - 1);
+        let x = (i * step + step / 2).min(context.grid.width - 1);
+        let y = (j * step + step / 2).min(context.grid.height - 1);
         let (from, place) = context.grid.locate(x, y);
         low.copy(at, &hits[from], place);
         let pixel = glam::DVec2::new(x as f64, y as f64) + CENTER;

@@ -5,6 +5,7 @@ use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
 use crate::airlight::mapped::OPAQUE;
+use crate::geometry::batch::TILE;
 use crate::light::Source;
 use crate::media::noise::Bend;
 use crate::media::{Field, Scattering};
@@ -174,9 +175,19 @@ impl<'a> Context<'a> {
         self.interpolates() && self.is_for_the_eye()
     }
 
-    /// Whether a draft computes fog for some of its pixels only.
+    /// Pixels from one of which fog is computed to the next, where it is computed for some of them only: a power of
+    /// two.
+    pub fn step(&self) -> usize {
+        /// In drafts.
+        const OF_A_DRAFT: usize = 4;
+        let wanted = (1.0 / self.view.options.fog_scale).clamp(1.0, TILE as f64) as usize;
+        let asked = 1 << wanted.ilog2();
+        if self.view.quality == Quality::Draft { OF_A_DRAFT.max(asked) } else { asked }
+    }
+
+    /// Whether fog is computed for some of the pixels only.
     pub fn is_low(&self) -> bool {
-        self.view.quality == Quality::Draft
+        self.step() > 1
             && !self.field.is_empty()
             && !self.interpolates()
             && (self.shows_fog() || self.shows_surfaces())

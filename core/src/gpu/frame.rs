@@ -19,7 +19,7 @@ use wgpu::{BindingResource, BufferUsages, LoadOp, StoreOp, SubmissionIndex};
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 16;
 /// Pixels of a draft from one of the low resolution to the next.
-const LOW_STEP: usize = 4;
+pub const LOW_STEP: usize = 4;
 /// Blobs of one dispatch: no loop of a shader comes near 65 535 turns, where drivers may end it.
 const BLOBS_A_DISPATCH: u32 = 1 << 15;
 

@@ -25,7 +25,7 @@ use crate::frame::lights::fill_tables;
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
 use crate::progress::Progress;
-use crate::request::View;
+use crate::request::{Quality, View};
 use crate::scene::CheckedScene;
 use crate::shapes::Geometry;
 use buffers::{KeptLists, Lists, Triangles};
@@ -118,7 +118,11 @@ impl Gpu {
             Method::Reference | Method::March(_) => false,
         };
         // Noise is the CPU's.
-        context.noise.is_none() && (has_pass || !context.shows_airlight())
+        // So is fog for some pixels, but that of drafts.
+        let is_draft = context.view.quality == Quality::Draft && context.step() == frame::LOW_STEP;
+        (!context.is_low() || is_draft)
+            && context.noise.is_none()
+            && (has_pass || !context.shows_airlight())
     }
 
     /// Renders one layer; `None` if there is no pass for it.

@@ -60,6 +60,8 @@ pub const GROWTH: Range = Range::new(0.0, 1e3);
 pub const NOISE_STRENGTH: Range = Range::new(0.0, 10.0);
 /// Relative error of the mean optical depth.
 pub const LOD_ERROR: Range = Range::new(0.0, 1.0);
+/// Fraction of a picture that fog is computed for.
+pub const FOG_SCALE: Range = Range::new(1e-3, 1.0);
 /// Transmittance below which a ray ends.
 pub const FAR_CUT: Range = Range::new(0.0, 0.1);
 /// Powers of a monomial, together.

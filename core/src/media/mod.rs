@@ -74,6 +74,11 @@ macro_rules! media {
                 match self { $(Self::$Kind(term) => term.blobs()),* }
             }
 
+            /// What a ray of that length sums up of it at most: what it costs.
+            pub fn cost(&self, length_m: f64) -> usize {
+                match self { $(Self::$Kind(term) => term.cost(length_m)),* }
+            }
+
             /// The member that says how many.
             pub fn counted_at(&self) -> &'static str {
                 match self { $(Self::$Kind(term) => term.counted_at()),* }
@@ -201,6 +206,11 @@ pub trait TermKind {
     /// Blobs that it counts as: what it takes in memory and in time.
     fn blobs(&self) -> usize {
         0
+    }
+
+    /// What a ray of that length sums up of it at most: what it costs.
+    fn cost(&self, _length_m: f64) -> usize {
+        self.blobs()
     }
 
     /// The member that says how many.

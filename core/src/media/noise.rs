@@ -7,10 +7,10 @@
 //!
 //! The paper reads a tileable texture of Perlin noise; ours is that noise itself, whose lattice repeats.
 
-use super::Field;
 use super::gaussians::{ENDS, Gaussian, Seen};
+use super::{Field, Velocity};
 use crate::geometry::Ray;
-use crate::json::{Checker, Vec3, limits};
+use crate::json::{Checker, limits};
 use crate::random::Random;
 use crate::vector::V3;
 use glam::DVec3;
@@ -29,15 +29,15 @@ pub struct Noise {
     #[schemars(range(min = limits::CELL.min, max = limits::CELL.max))]
     pub scale_m: f64,
     /// How it moves [m/s].
-    #[schemars(inner(range(min = limits::VELOCITY.min, max = limits::VELOCITY.max)))]
-    pub drift: Vec3,
+    pub drift: Velocity,
     /// Another number makes another noise.
+    #[schemars(range(max = u32::MAX))]
     pub seed: u32,
 }
 
 impl Default for Noise {
     fn default() -> Self {
-        Self { strength: 0.0, scale_m: 1.0, drift: Vec3::splat(0.0), seed: 1 }
+        Self { strength: 0.0, scale_m: 1.0, drift: Velocity([0.0; 3]), seed: 1 }
     }
 }
 
@@ -85,7 +85,7 @@ impl Bend {
         let gradients = (0..CELLS.pow(3)).map(|_| [gradient(), gradient(), gradient()]);
         let rate = CELLS as f64 / noise.scale_m;
         let period = CELLS as f64;
-        let moved = noise.drift.vector() * (time_s * rate);
+        let moved = DVec3::from(noise.drift.0) * (time_s * rate);
         Some(Self {
             strength: noise.strength,
             rate,
@@ -163,7 +163,8 @@ mod tests {
     /// It repeats after its scale in every direction, drifts as it says, and no place has more than it may.
     #[test]
     fn noise_repeats_drifts_and_is_bounded() {
-        let noise = Noise { strength: 1.0, scale_m: 2.0, drift: Vec3([0.5, 0.0, -0.3]), seed: 3 };
+        let noise =
+            Noise { strength: 1.0, scale_m: 2.0, drift: Velocity([0.5, 0.0, -0.3]), seed: 3 };
         let (still, later) = (bend(noise.clone(), 0.0), bend(noise, 1.5));
         let mut random = Random::new(7);
         let mut longest = 0.0f64;

@@ -18,7 +18,7 @@ fn found_in(text: &str) -> Vec<(String, Code)> {
 fn every_kind_of_wrong_is_found_at_once() {
     let text = r#"{"far_m": 1e400, "time_s": "now", "glow": 1, "glow": 2,
         "camera": {"up": [0, 1], "target": [0, 0, 0, 0]},
-        "lights": [{"id": "\ud800", "kind": "point"}, {"kind": "sun"}, {"kind": 3}, {}, []],
+        "lights": [{"id": "\ud800", "kind": "point"}, {"kind": "laser"}, {"kind": 3}, {}, []],
         "fog": {"airlight": "best", "terms": [{"blobs": [{"radius": -1}], "kind": "gaussians"}]},
         "surfaces": [{"shape": {"indices": [[0, 0.5, 1]], "kind": "mesh"}, "enabled": null},
                      {"enabled": true, "enabled": true}]}"#;

@@ -72,6 +72,8 @@ struct Ranges {
     lod_error: Range,
     /// Transmittance below which a ray ends.
     far_cut: Range,
+    /// Fraction of a picture that fog is computed for.
+    fog_scale: Range,
     /// Sides of a map's cells, and periods of noise [m].
     cell: Range,
     /// By how much noise shifts a blob, in its radii.
@@ -112,6 +114,7 @@ const RANGES: Ranges = Ranges {
     power: limits::POWER,
     lod_error: limits::LOD_ERROR,
     far_cut: limits::FAR_CUT,
+    fog_scale: limits::FOG_SCALE,
     cell: limits::CELL,
     noise_strength: limits::NOISE_STRENGTH,
     rate: limits::RATE,

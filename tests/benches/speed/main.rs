@@ -7,6 +7,7 @@
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 
 mod clock;
+mod families;
 mod growth;
 mod maps;
 mod peak;
@@ -30,9 +31,11 @@ fn main() {
     presets::print(&machine, &wanted);
     if only.as_deref() == Some("maps") {
         maps::print(&machine);
+        families::print(&machine);
     }
     if only.is_none() {
         growth::print();
         maps::print(&machine);
+        families::print(&machine);
     }
 }

@@ -25,7 +25,7 @@ pub fn print(machine: &Machine) {
     );
     for side in [16, 32, 64, 128, 256] {
         let cells = (0..3).map(|degree| {
-            let (ms, _) = measure(&stage(map(side, degree, 0, 1.0, true)));
+            let (ms, _) = measure(&stage(map(side, degree, 0, 1.0, true)), SIZE);
             let crossed = mean_crossed(side);
             let ns = ms * 1e6 / f64::from(SIZE[0] * SIZE[1]) / crossed;
             let paper = PAPER.iter().find(|(of, _)| *of == side).map(|(_, rates)| rates[degree]);
@@ -41,7 +41,7 @@ pub fn print(machine: &Machine) {
 
 /// Levels and μ of the linear map of 64×64: time, and what is lost.
 fn print_levels() {
-    let (_, whole) = measure(&stage(map(64, 1, 0, 1.0, true)));
+    let (_, whole) = measure(&stage(map(64, 1, 0, 1.0, true)), SIZE);
     for deconstruct in [true, false] {
         let how = if deconstruct { "merged" } else { "each by itself" };
         println!(
@@ -50,7 +50,7 @@ fn print_levels() {
         );
         for levels in 1..=3 {
             let cell = |mu: f64| {
-                let (ms, frame) = measure(&stage(map(64, 1, levels, mu, deconstruct)));
+                let (ms, frame) = measure(&stage(map(64, 1, levels, mu, deconstruct)), SIZE);
                 let off =
                     frame.pixels.iter().zip(&whole.pixels).map(|(a, b)| f64::from((a - b).abs()));
                 let error = off.sum::<f64>() / frame.pixels.len() as f64;
@@ -96,9 +96,9 @@ fn mean_crossed(side: usize) -> f64 {
 }
 
 /// What the fog's pass takes, the best of some pictures, and one of them.
-fn measure(json: &Value) -> (f64, Frame) {
+pub fn measure(json: &Value, size: [u32; 2]) -> (f64, Frame) {
     let renderer = Renderer::default();
-    let asked = view(SIZE[0], SIZE[1], Layer::Transmittance, Quality::Full);
+    let asked = view(size[0], size[1], Layer::Transmittance, Quality::Full);
     let asked = View { samples: Some(1), ..asked };
     let mut best = f64::INFINITY;
     let mut json = json.clone();

@@ -164,6 +164,12 @@ impl TermKind for Fogmap {
         self.check_map(check, at);
     }
 
+    fn cost(&self, _length_m: f64) -> usize {
+        /// A cell takes as long as so many blobs, which rays of a picture share.
+        const BLOBS: usize = 8;
+        BLOBS * self.size().iter().sum::<usize>()
+    }
+
     fn is_grey(&self) -> bool {
         self.scale.is_grey()
     }

@@ -142,6 +142,16 @@ impl Member {
 }
 
 impl Member {
+    /// Terms that a ray of that length sums up: those of a polynomial in every period.
+    fn cost(&self, length_m: f64) -> usize {
+        /// A monomial on the nodes of a period takes as long as so many blobs, which rays of a picture share.
+        const BLOBS: usize = 8;
+        let Self::Polynomial(own) = self else { return 1 };
+        let periods = own.period_m.0.iter().flatten().map(|period| length_m / period);
+        let passed = if own.repeat { periods.sum::<f64>() as usize } else { 0 };
+        BLOBS * own.monomials.0.len() * (1 + passed.min(COUNTS.periods))
+    }
+
     /// A bound that it never falls below, at any time [1/m].
     pub fn least(&self) -> f64 {
         match self {
@@ -221,6 +231,10 @@ impl TermKind for Functions {
         for (i, member) in self.members.iter().enumerate().take(COUNTS.members) {
             member.check(check, &|name| at(&format!("members/{i}/{name}")), far_m);
         }
+    }
+
+    fn cost(&self, length_m: f64) -> usize {
+        self.members.iter().map(|member| member.cost(length_m)).sum()
     }
 
     fn changes(&self) -> bool {
