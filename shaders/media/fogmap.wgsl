@@ -44,16 +44,6 @@ const BY_EYES: f32 = 2.0;
 
 /// Ray parameters at which β jumps or kinks, of one row.
 const EDGES: u32 = 2u;
-/// Nodes and weights of the rules of three degrees, one after the other.
-const RULES: array<vec2<f32>, 6> = array<vec2<f32>, 6>(
-    vec2<f32>(0.5, 1.0),
-    vec2<f32>(0.21132487, 0.5),
-    vec2<f32>(0.7886751, 0.5),
-    vec2<f32>(0.11270167, 0.2777778),
-    vec2<f32>(0.5, 0.44444445),
-    vec2<f32>(0.8872983, 0.2777778),
-);
-
 /// β at a point, from the camera [1/m].
 fn extinction(row: Row, point: vec3<f32>) -> f32 {
     if row.seen == BY_EYES {
@@ -64,7 +54,8 @@ fn extinction(row: Row, point: vec3<f32>) -> f32 {
         return 0.0;
     }
     let cell = floor(place);
-    return row.extinction * vertical::share(profile(row), point.y) * value(row, cell, place - cell);
+    let there = value(row.degree, around(row, cell), place - cell);
+    return row.extinction * vertical::share(profile(row), point.y) * there;
 }
 
 /// The mean of β between two points [1/m].
@@ -159,18 +150,50 @@ fn weights(degree: f32, f: f32) -> vec3<f32> {
     return vec3<f32>(first, 1.0 - first - last, last);
 }
 
-/// The map's value in a cell.
-fn value(row: Row, cell: vec2<f32>, f: vec2<f32>) -> f32 {
-    let across = weights(row.degree, f.x);
-    let down = weights(row.degree, f.y);
-    var sum = 0.0;
-    for (var j = 2u - u32(row.degree); j < 3u; j++) {
-        for (var i = 2u - u32(row.degree); i < 3u; i++) {
-            let c = coefficient(row, cell.x + f32(i) - 2.0, cell.y + f32(j) - 2.0);
-            sum += across[i] * down[j] * c;
-        }
+/// The coefficients that count in a cell: a column of the map each, those of the last splines last. They are read once a
+/// cell.
+fn around(row: Row, cell: vec2<f32>) -> mat3x3<f32> {
+    let last = coefficient(row, cell.x, cell.y);
+    if row.degree == 0.0 {
+        return mat3x3<f32>(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0, 0.0, last));
     }
-    return sum;
+    let here = vec3<f32>(0.0, coefficient(row, cell.x, cell.y - 1.0), last);
+    let beside = vec3<f32>(
+        0.0,
+        coefficient(row, cell.x - 1.0, cell.y - 1.0),
+        coefficient(row, cell.x - 1.0, cell.y),
+    );
+    if row.degree == 1.0 {
+        return mat3x3<f32>(vec3<f32>(0.0), beside, here);
+    }
+    let above = vec3<f32>(
+        coefficient(row, cell.x - 2.0, cell.y - 2.0),
+        coefficient(row, cell.x - 1.0, cell.y - 2.0),
+        coefficient(row, cell.x, cell.y - 2.0),
+    );
+    let first = vec3<f32>(
+        above.x,
+        coefficient(row, cell.x - 2.0, cell.y - 1.0),
+        coefficient(row, cell.x - 2.0, cell.y),
+    );
+    return mat3x3<f32>(first, vec3<f32>(above.y, beside.yz), vec3<f32>(above.z, here.yz));
+}
+
+/// The map's value at a place of a cell.
+fn value(degree: f32, around: mat3x3<f32>, f: vec2<f32>) -> f32 {
+    return dot(weights(degree, f.y), around * weights(degree, f.x));
+}
+
+/// A node of the Gauss rule that is exact for a degree, and its weight.
+fn node_of(degree: f32, i: u32) -> vec2<f32> {
+    let t = f32(i);
+    if degree == 0.0 {
+        return vec2<f32>(0.5, 1.0);
+    }
+    if degree == 1.0 {
+        return vec2<f32>(0.21132487 + t * 0.57735026, 0.5);
+    }
+    return vec2<f32>(0.11270167 + t * 0.38729833, select(0.2777778, 0.44444445, i == 1u));
 }
 
 /// Between which of some shares of a way a coordinate lies between two numbers.
@@ -233,17 +256,15 @@ fn between(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, falls: 
 
 /// A cell's share of the mean.
 fn in_cell(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, cell: vec2<f32>, falls: bool) -> f32 {
+    let coefficients = around(row, cell);
     let place = in_cells(row, start) - cell;
     let step = way.xz * row.rate;
     var sum = 0.0;
     if !falls {
-        let degree = u32(row.degree);
-        let first = degree * (degree + 1u) / 2u;
-        for (var i = 0u; i <= degree; i++) {
-            var rules = RULES;
-            let node = rules[first + i];
+        for (var i = 0u; i <= u32(row.degree); i++) {
+            let node = node_of(row.degree, i);
             let at = mix(given.x, given.y, node.x);
-            sum += node.y * value(row, cell, place + step * at);
+            sum += node.y * value(row.degree, coefficients, place + step * at);
         }
         return sum * (given.y - given.x);
     }
@@ -264,7 +285,7 @@ fn in_cell(row: Row, start: vec3<f32>, way: vec3<f32>, given: vec2<f32>, cell: v
             let node = num::gauss(i);
             let at = ends.x + part * (k + node.x);
             let height = vertical::share(profile(row), start.y + way.y * at);
-            sum += node.y * height * value(row, cell, place + step * at);
+            sum += node.y * height * value(row.degree, coefficients, place + step * at);
         }
     }
     return sum * part;
