@@ -122,20 +122,9 @@ impl<'a> Prober<'a> {
         let hit = self.geometry.first_hit(origin, direction, limit);
         let length = hit.map_or(limit, |hit| hit.distance);
         let ray = Ray { origin, direction };
-        let straight = self.each_band(|field| field.depth(&ray, length));
-        let change = |field: &Field| {
-            self.noise.as_ref().map_or(0.0, |noise| noise.change_of(field, &ray, length))
-        };
-        let changes = self.each_band(change);
-        let bent = straight.iter().zip(changes).map(|(depth, change)| (depth + change).max(0.0));
-        let depths: Vec<_> = bent.collect();
+        let (depths, shares) = self.depths(&ray, length);
         let optical_depth = spectrum(&depths);
         let transmittance = spectrum(&transmittances(&depths));
-        let shares = straight.iter().zip(&depths).map(|(straight, bent)| match &self.noise {
-            Some(_) => noise::share(*straight, *bent),
-            None => 1.0,
-        });
-        let shares = shares.collect::<Vec<_>>();
         let airlight_by_light = self.airlight_by_light(ray, length, &shares)?;
         let airlight = airlight_by_light.iter().sum::<DVec3>();
         let absorptance = channels(optical_depth).map(|depth| 0.0 - (-depth).exp_m1());
@@ -161,6 +150,18 @@ impl<'a> Prober<'a> {
     /// A number of every band.
     fn each_band(&self, of: impl Fn(&Field) -> f64) -> Vec<f64> {
         self.bands.iter().map(|(band, _)| of(&band.field)).collect()
+    }
+
+    /// T of every band, and what noise leaves of airlight in it.
+    fn depths(&self, ray: &Ray, length: f64) -> (Vec<f64>, Vec<f64>) {
+        let straight = self.each_band(|field| field.depth(ray, length));
+        let Some(noise) = &self.noise else { return (straight.clone(), vec![1.0; straight.len()]) };
+        let changes = self.each_band(|field| noise.change_of(field, ray, length));
+        let bent = straight.iter().zip(changes).map(|(depth, change)| (depth + change).max(0.0));
+        let bent: Vec<_> = bent.collect();
+        let shares = straight.iter().zip(&bent).map(|(depth, bent)| noise::share(*depth, *bent));
+        let shares = shares.collect();
+        (bent, shares)
     }
 
     /// Airlight lamp by lamp; `shares` is what noise leaves of it in each band.

@@ -59,8 +59,10 @@ pub async fn answer(
     };
     let mut response = answer_job(app, order, room, job, view.quality, render, encode).await?;
     if view.options.far_cut > 0.0 {
-        let cut = HeaderValue::from_str(&view.options.far_cut.to_string());
-        cut.into_iter().for_each(|cut| drop(response.headers_mut().insert("fog-far-cut", cut)));
+        let cut = view.options.far_cut.to_string();
+        if let Ok(cut) = HeaderValue::from_str(&cut) {
+            response.headers_mut().insert("fog-far-cut", cut);
+        }
     }
     Ok(response)
 }

@@ -3,12 +3,19 @@
 
 #![allow(clippy::expect_used, reason = "a test that cannot make its scene has failed")]
 
+use fogbank_core::media::{Field, Moment};
 use fogbank_core::probe::RayAnswer;
 use fogbank_core::request::{Layer, ProbeRay, Quality, RenderRequest, View};
-use fogbank_core::scene::{CheckedScene, Projection, Scene, read};
+use fogbank_core::scene::{CheckedScene, Fog, Projection, Scene, read};
 use fogbank_core::{Frame, Progress, Renderer};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
+
+/// The extinction of some terms, red and at no time.
+pub fn field(terms: &[Value]) -> Field {
+    let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
+    Field::new(&fog.terms, 0, &Moment::default())
+}
 
 /// SplitMix64: the same numbers in every run.
 #[derive(Clone, Debug)]

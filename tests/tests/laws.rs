@@ -33,11 +33,6 @@ const ROUNDS: u64 = 60;
 /// its radii off; the square of that in its exponent amplifies 2⁻⁵² to 1e-11.
 const ROUNDING: f64 = 1e-10;
 
-fn field(terms: &[Value]) -> Field {
-    let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
-    Field::new(&fog.terms, 0, &Moment::default())
-}
-
 /// Terms of all media and of their sums, in turn.
 fn terms(random: &mut Random, round: u64) -> Vec<Value> {
     let even = homogeneous(random.decades(1e-4, 3.0));

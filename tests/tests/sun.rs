@@ -4,12 +4,11 @@
 
 use fogbank_core::geometry::{Beyond, Origin, Ray};
 use fogbank_core::light::{Light, Source};
-use fogbank_core::media::{Field, Moment};
 use fogbank_core::phase::PhaseFunction;
 use fogbank_core::request::ProbeRay;
-use fogbank_core::scene::{Fog, read};
+use fogbank_core::scene::read;
 use fogbank_tests::quadrature::integrate;
-use fogbank_tests::scenes::{homogeneous, probe, scene};
+use fogbank_tests::scenes::{field, homogeneous, probe, scene};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -18,11 +17,6 @@ use std::f64::consts::PI;
 const PATH_M: f64 = 7.0;
 /// Farther than any fog with an end reaches here [m].
 const FAR_M: f64 = 1e4;
-
-fn field(terms: &Value) -> Field {
-    let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
-    Field::new(&fog.terms, 0, &Moment::default())
-}
 
 fn toward(direction: [f64; 3]) -> DVec3 {
     -DVec3::from(direction).normalize()
@@ -87,7 +81,8 @@ fn the_sun_comes_through_what_there_is() {
     let points =
         [[0.3, 0.4, -0.2], [-2.0, 1.4, 1.0], [1.0, -3.0, 0.5], [0.5, 6.0, 0.0]].map(DVec3::from);
     for (term, direction, ends) in ways() {
-        let (field, both) = (field(&json!([term])), field(&json!([term, homogeneous(0.05)])));
+        let (field, both) =
+            (field(std::slice::from_ref(&term)), field(&[term.clone(), homogeneous(0.05)]));
         let beyond = Beyond { toward: toward(direction), path_m: PATH_M };
         for point in points {
             let found = field.depth_from(Origin::Beyond(beyond), point);
@@ -119,7 +114,7 @@ fn sunlight_is_scattered_as_the_integral_says() {
     let (from, length) = (DVec3::new(0.2, 0.7, 4.0), 8.0);
     for (term, direction, _) in ways() {
         let terms = json!([term, homogeneous(0.02)]);
-        let field = field(&terms);
+        let field = field(terms.as_array().expect("a list"));
         let to = DVec3::new(0.1, -0.05, -1.0).normalize();
         let beyond = Beyond { toward: toward(direction), path_m: PATH_M };
         for g in [0.0, 0.7] {

@@ -16,7 +16,7 @@ pub mod sun2005;
 
 pub(crate) use path::Path;
 
-use crate::light::{Light, Source};
+use crate::light::Light;
 use crate::media::{Field, Scattering, Term};
 use about::{About, Exactness, Takes};
 use schemars::JsonSchema;
@@ -111,13 +111,12 @@ impl Default for Airlight {
 }
 
 impl Method {
-    /// What does it in a fog. `Auto` is Sun's where that is exact.
-    pub fn matched(self, scatterings: &[Scattering], sources: &[Source], field: &Field) -> Self {
+    /// What does it in a fog, before lights that all stand at places or not. `Auto` is Sun's where that is exact.
+    pub fn matched(self, scatterings: &[Scattering], are_placed: bool, field: &Field) -> Self {
         let is_isotropic = || scatterings.iter().all(|own| own.phase.is_isotropic());
-        let is_placed = || sources.iter().all(|source| source.apex().is_some());
         match self {
             _ if field.is_empty() => Self::None,
-            Self::Auto if is_isotropic() && is_placed() && field.uniform_beta().is_some() => {
+            Self::Auto if are_placed && is_isotropic() && field.uniform_beta().is_some() => {
                 Self::Sun2005
             }
             asked => asked,
@@ -135,7 +134,7 @@ pub fn refusal(
 ) -> Option<String> {
     let Takes { name, what, term: takes, several } = asked.about().takes?;
     let mut lights = lights.iter().filter(|light| light.enabled());
-    if !terms.is_empty() && lights.any(|light| !matches!(light, Light::Point(_))) {
+    if !terms.is_empty() && lights.any(|light| !light.is_placed()) {
         return Some(format!("{name} takes point lights only; auto takes all"));
     }
     if scatterings.iter().any(|own| !own.phase.is_isotropic()) {

@@ -14,6 +14,7 @@ mod tiles;
 mod trace;
 mod traced;
 mod upsample;
+mod views;
 
 use crate::frame::Frame;
 use crate::frame::cache::Cache;

@@ -1,6 +1,6 @@
 //! What noise does to a batch of rays: T of blobs before which they are bent, and airlight in proportion.
 
-use super::fog::bundle_of_views;
+use super::views::bundle_of_views;
 use crate::frame::context::Context;
 use crate::geometry::Ray;
 use crate::geometry::batch::{Ends, Fogged, get3};
@@ -30,5 +30,5 @@ fn near<'a>(context: &'a Context, bend: &Bend, ends: Ends<'_>) -> Vec<&'a Gaussi
     let (bundle, _) = bundle_of_views(context, &[ends]);
     let is_near =
         |blob: &&Gaussian| bundle.distance(bundle.place(blob.center)) < bend.reach() / blob.a;
-    noise::blobs(context.field).filter(is_near).collect()
+    context.field.blobs().filter(is_near).collect()
 }

@@ -17,6 +17,9 @@ use crate::shapes::Geometry;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
+/// Pixels of a draft from one of which fog is computed to the next.
+pub const DRAFT_STEP: usize = 4;
+
 /// A light as the passes need it.
 pub struct Lamp {
     /// Where its light comes from.
@@ -178,11 +181,9 @@ impl<'a> Context<'a> {
     /// Pixels from one of which fog is computed to the next, where it is computed for some of them only: a power of
     /// two.
     pub fn step(&self) -> usize {
-        /// In drafts.
-        const OF_A_DRAFT: usize = 4;
         let wanted = (1.0 / self.view.options.fog_scale).clamp(1.0, TILE as f64) as usize;
         let asked = 1 << wanted.ilog2();
-        if self.view.quality == Quality::Draft { OF_A_DRAFT.max(asked) } else { asked }
+        if self.view.quality == Quality::Draft { DRAFT_STEP.max(asked) } else { asked }
     }
 
     /// Whether fog is computed for some of the pixels only.

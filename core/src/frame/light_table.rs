@@ -378,8 +378,8 @@ impl LightTable {
     #[inline(always)]
     pub fn means<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> Lanes<S> {
         let distance = way.length_squared().sqrt();
-        let (is_parallel, along) = self.along(simd, way);
-        let (face, u, v, seen) = self.on_face(simd, way, distance);
+        let [face, u, v, seen, along] = self.on_face(simd, way, distance);
+        let is_parallel = self.is_parallel();
         let half = Lanes::splat(simd, 0.5 * (self.side - 1) as f32);
         let last = Lanes::splat(simd, (self.side - 2) as f32);
         let (column, x) = cell(u.mul_add(half, half), last);
@@ -407,17 +407,6 @@ impl LightTable {
         // Behind the last shell nothing is added.
         let beyond = (radial - end).max(one.lit(0.0)) / Lanes::splat(simd, self.density);
         sum.max(one.lit(0.0)) * (-beyond).exp() * seen
-    }
-
-    /// Whether all ways are parallel, and how far along them a place lies [m].
-    #[inline(always)]
-    fn along<S: Simd>(&self, simd: S, way: V3<Lanes<S>>) -> (bool, Lanes<S>) {
-        match self.window {
-            Some(Window { axes: [_, _, toward], is_parallel: true, .. }) => {
-                (true, way.dot(V3::splat(simd, toward.as_vec3().to_array())))
-            }
-            _ => (false, way.x),
-        }
     }
 
     /// Straight lines in all three coordinates, from the eight samples around a place.
@@ -450,15 +439,10 @@ impl LightTable {
         (lower - upper).mul_add(y, upper)
     }
 
-    /// The face that points are seen through, where from −1 to 1, and 0 for those that no face
-    /// shows.
+    /// The face that points are seen through, where from −1 to 1, 0 for those that no face shows, and
+    /// how far ahead they lie [m].
     #[inline(always)]
-    fn on_face<S: Simd>(
-        &self,
-        simd: S,
-        way: V3<Lanes<S>>,
-        distance: Lanes<S>,
-    ) -> (Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>) {
+    fn on_face<S: Simd>(&self, simd: S, way: V3<Lanes<S>>, distance: Lanes<S>) -> [Lanes<S>; 5] {
         let (zero, one) = (distance.lit(0.0), distance.lit(1.0));
         let least = distance.lit(f64::from(f32::MIN_POSITIVE));
         if let Some(Window { axes, reach, is_parallel }) = self.window {
@@ -469,7 +453,7 @@ impl LightTable {
             let (u, v) = (across * scale, down * scale);
             let seen = Lanes::select(zero.lt(toward), one, zero);
             let seen = Lanes::select(one.lt(u.abs().max(v.abs())), zero, seen);
-            return (zero, u.min(one).max(-one), v.min(one).max(-one), seen);
+            return [zero, u.min(one).max(-one), v.min(one).max(-one), seen, toward];
         }
         let V3 { x, y, z } = way;
         let (y_wins, z_wins) = (x.abs().lt(y.abs()), x.abs().max(y.abs()).lt(z.abs()));
@@ -478,7 +462,7 @@ impl LightTable {
         let face = pick(zero, one.lit(2.0), one.lit(4.0));
         let face = face + Lanes::select(major.lt(zero), one, zero);
         let scale = one / major.abs().max(least);
-        (face, u * scale, v * scale, one)
+        [face, u * scale, v * scale, one, distance]
     }
 
     /// The cubics of one lane.

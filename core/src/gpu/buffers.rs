@@ -70,9 +70,18 @@ impl Tables {
             let reach = table.reach();
             let own = begin as u32;
             begin += table.values().len();
-            let parallel = u32::from(table.is_parallel());
-            let begin = own;
-            Extent { across, reach, down, first, toward, density, side, shells, begin, parallel }
+            Extent {
+                across,
+                reach,
+                down,
+                first,
+                toward,
+                density,
+                side,
+                shells,
+                begin: own,
+                parallel: u32::from(table.is_parallel()),
+            }
         };
         let extents = layout::list(tables().map(extent).collect());
         let samples = device.buffer(4 * begin.max(1) as u64, SAMPLES)?;

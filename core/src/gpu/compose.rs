@@ -73,19 +73,15 @@ static HAZE: LazyLock<String> = LazyLock::new(|| {
 }\n"
             .to_owned(),
         "fn span(origin: vec3<f32>, direction: vec3<f32>, length_m: f32) -> vec2<f32> {
-    var ends = vec2<f32>(3e38, -3e38);
-"
+    var ends = vec2<f32>(3e38, -3e38);\n"
             .to_owned(),
         each(
             "    for (var i = 0u; i < arrayLength(&STEM_rows); i++) {
         let own = STEM::span(STEM_rows[i].row, origin, direction, length_m);
         ends = vec2<f32>(min(ends.x, own.x), max(ends.y, own.y));
-    }
-",
+    }\n",
         ),
-        "    return ends;
-}
-".to_owned(),
+        "    return ends;\n}\n".to_owned(),
         "fn edge_count() -> u32 {\n    var count = 0u;\n".to_owned(),
         each("    count += STEM::EDGES * arrayLength(&STEM_rows);\n"),
         "    return count;\n}\n".to_owned(),

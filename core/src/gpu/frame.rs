@@ -7,7 +7,7 @@ use super::device::{Buffer, Failure, Stage, Texture};
 use super::layout::{self, Span};
 use super::pipelines::{DEPTH, Kind, LIGHT, NUMBER, Pipeline};
 use super::timer::{Timer, Times};
-use crate::frame::context::Context;
+use crate::frame::context::{Context, DRAFT_STEP};
 use crate::frame::samples::{self, CENTER};
 use crate::frame::viewpoint::Grid;
 use crate::request::{Layer, Quality};
@@ -18,8 +18,6 @@ use wgpu::{BindingResource, BufferUsages, LoadOp, StoreOp, SubmissionIndex};
 
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 16;
-/// Pixels of a draft from one of the low resolution to the next.
-pub const LOW_STEP: usize = 4;
 /// Blobs of one dispatch: no loop of a shader comes near 65 535 turns, where drivers may end it.
 const BLOBS_A_DISPATCH: u32 = 1 << 15;
 
@@ -139,7 +137,9 @@ impl<'a> Recorder<'a> {
             triangles,
             targets: Targets::new(gpu, context, samples)?,
             view: view(gpu, context, CENTER, 1)?,
-            low_view: is_low(context).then(|| view(gpu, context, CENTER, LOW_STEP)).transpose()?,
+            low_view: is_low(context)
+                .then(|| view(gpu, context, CENTER, DRAFT_STEP))
+                .transpose()?,
             kept: Vec::new(),
             encoder: device.handle.create_command_encoder(&Default::default()),
             timer: Timer::new(device)?,
@@ -155,7 +155,7 @@ impl<'a> Recorder<'a> {
             let shifted = view(self.gpu, self.context, place, 1)?;
             self.kept.push(std::mem::replace(&mut self.view, shifted));
             if let Some(low_view) = &mut self.low_view {
-                let shifted = view(self.gpu, self.context, place, LOW_STEP)?;
+                let shifted = view(self.gpu, self.context, place, DRAFT_STEP)?;
                 self.kept.push(std::mem::replace(low_view, shifted));
             }
         }
@@ -299,7 +299,7 @@ pub fn is_low(context: &Context) -> bool {
 
 /// The pixels of a draft's low resolution.
 pub fn low(grid: Grid) -> Grid {
-    Grid { width: grid.width.div_ceil(LOW_STEP), height: grid.height.div_ceil(LOW_STEP) }
+    Grid { width: grid.width.div_ceil(DRAFT_STEP), height: grid.height.div_ceil(DRAFT_STEP) }
 }
 
 /// Tiles across and down.

@@ -20,7 +20,7 @@ pub use device::{Failure, Wanted};
 
 use crate::airlight::Method;
 use crate::frame::cache::Cache;
-use crate::frame::context::Context;
+use crate::frame::context::{Context, DRAFT_STEP};
 use crate::frame::lights::fill_tables;
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
@@ -117,9 +117,8 @@ impl Gpu {
             Method::Auto => context.is_for_the_eye() || context.scatters.is_empty(),
             Method::Reference | Method::March(_) => false,
         };
-        // Noise is the CPU's.
-        // So is fog for some pixels, but that of drafts.
-        let is_draft = context.view.quality == Quality::Draft && context.step() == frame::LOW_STEP;
+        // Noise is the CPU's, and so is fog for some pixels, but that of drafts.
+        let is_draft = context.view.quality == Quality::Draft && context.step() == DRAFT_STEP;
         (!context.is_low() || is_draft)
             && context.noise.is_none()
             && (has_pass || !context.shows_airlight())

@@ -48,6 +48,11 @@ macro_rules! lights {
                 match self { $(Self::$Kind(light) => Source::$Kind(light.place(path_m))),* }
             }
 
+            /// Whether it stands at a place.
+            pub fn is_placed(&self) -> bool {
+                self.source(0.0).apex().is_some()
+            }
+
             /// Colour and strength, in the unit of its kind.
             pub fn strength(&self) -> DVec3 {
                 match self { $(Self::$Kind(light) => light.strength()),* }

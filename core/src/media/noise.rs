@@ -7,7 +7,7 @@
 //!
 //! The paper reads a tileable texture of Perlin noise; ours is that noise itself, whose lattice repeats.
 
-use super::gaussians::{ENDS, Gaussian, Seen};
+use super::gaussians::{ENDS, Seen};
 use super::{Field, Velocity};
 use crate::geometry::Ray;
 use crate::json::{Checker, limits};
@@ -136,14 +136,9 @@ impl Bend {
     /// The same of all blobs of a field.
     pub fn change_of(&self, field: &Field, ray: &Ray, length_m: f64) -> f64 {
         let blobs =
-            blobs(field).map(|blob| self.change(&blob.seen_from(ray.origin), ray, length_m));
+            field.blobs().map(|blob| self.change(&blob.seen_from(ray.origin), ray, length_m));
         blobs.sum()
     }
-}
-
-/// What noise moves of a field.
-pub fn blobs(field: &Field) -> impl Iterator<Item = &Gaussian> {
-    field.groups().iter().flat_map(|media| media.gaussians.all())
 }
 
 /// What is left of airlight where T grows from one number to another.

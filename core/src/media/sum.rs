@@ -1,7 +1,7 @@
 //! The sum of all media: what callers see as one.
 
 use super::closed::hull;
-use super::gaussians::{Blobs, Pruning};
+use super::gaussians::{Blobs, Gaussian, Pruning};
 use super::groups::groups;
 use super::{
     Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
@@ -47,13 +47,17 @@ impl Field {
     /// The same with fewer blobs far from the eye, so that the mean optical depth is off by no more than a share of
     /// itself; `None` where all stay.
     pub fn pruned(&self, eye: DVec3, error: f64) -> Option<Self> {
-        let blobs = self.groups.iter().flat_map(|media| media.gaussians.all());
-        let pruning = Pruning::new(blobs, eye, error)?;
+        let pruning = Pruning::new(self.blobs(), eye, error)?;
         let group = |media: &Media| Media {
             gaussians: Blobs::new(pruning.of(media.gaussians.all())),
             ..media.clone()
         };
         Some(Self { groups: self.groups.iter().map(group).collect() })
+    }
+
+    /// All Gaussians, for what is about them.
+    pub fn blobs(&self) -> impl Iterator<Item = &Gaussian> {
+        self.groups.iter().flat_map(|media| media.gaussians.all())
     }
 
     /// The groups, for methods that are about one medium.

@@ -2,13 +2,11 @@
 //! coefficients, and the three degrees that it may be read with.
 
 use super::Preset;
-use super::stage::{camera, glossy, land, matte, round_to, sun, water};
+use super::stage::{camera, glossy, land, matte, round_to, sun, veil, water};
 use super::village::Village;
 use crate::media::fogmap::Fogmap;
 use crate::random::{Random, value_noise};
-use crate::scene::{
-    Airlight, Exponential, Fog, Light, Rgb, Scene, Surface, SurfaceLighting, Term, Vertical,
-};
+use crate::scene::{Exponential, Light, Rgb, Scene, Surface, Term, Vertical};
 use glam::DVec3;
 
 /// Length of each side of the land and of the map [m].
@@ -59,14 +57,7 @@ fn scene(surfaces: Vec<Surface>, fog: Term) -> Scene {
         background: Rgb([0.09, 0.19, 0.42]),
         surfaces,
         lights: daylight(),
-        fog: Fog {
-            ambient: Rgb([1.0, 1.0, 1.0]),
-            // The paper's fog is a veil, and its light is as in clear air.
-            airlight: Airlight::None,
-            surface_lighting: SurfaceLighting::Clear,
-            terms: vec![fog],
-            ..Fog::default()
-        },
+        fog: veil([1.0, 1.0, 1.0], fog),
         far_m: 4000.0,
         ..Scene::default()
     }

@@ -1,15 +1,13 @@
 //! A countryside in daylight with the three kinds of fog of Biri and Michelin 2002, figs. 6 to 8.
 
 use super::Preset;
-use super::stage::{camera, functions, glossy, land, matte, sun, water, wave};
+use super::stage::{camera, functions, glossy, land, matte, sun, veil, water, wave};
 use super::village::Village;
 use crate::media::functions::{
     Equipotential, Member, Monomial, Monomials, Object, Periods, PointObject, Polynomial,
 };
 use crate::random::{Random, value_noise};
-use crate::scene::{
-    Airlight, Camera, Fog, Light, Rgb, Scene, Surface, SurfaceLighting, Term, Vec3,
-};
+use crate::scene::{Camera, Light, Rgb, Scene, Surface, Term, Vec3};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -83,14 +81,7 @@ fn countryside(camera: Camera, surfaces: Vec<Surface>, term: Term) -> Scene {
         background: Rgb([0.07, 0.18, 0.46]),
         surfaces,
         lights: daylight(),
-        fog: Fog {
-            ambient: Rgb([1.05, 1.05, 1.05]),
-            // The paper's fog is a veil, and its light is as in clear air.
-            airlight: Airlight::None,
-            surface_lighting: SurfaceLighting::Clear,
-            terms: vec![term],
-            ..Fog::default()
-        },
+        fog: veil([1.05, 1.05, 1.05], term),
         far_m: 900.0,
         ..Scene::default()
     }

@@ -2,14 +2,14 @@
 
 use super::Preset;
 use super::geometry::MeshBuilder;
-use super::stage::{camera, functions, glossy, land, matte, mesh, sun, water, wave};
+use super::stage::{camera, functions, glossy, land, matte, mesh, sun, veil, water, wave};
 use super::village::Village;
 use crate::media::functions::{
     Cosine, CosineMorph, CosineParameters, Member, Monomial, Monomials, Periods, Polynomial,
     WaveVector,
 };
 use crate::random::{Random, value_noise};
-use crate::scene::{Airlight, Fog, Rgb, Scene, Surface, SurfaceLighting, Velocity, Wind};
+use crate::scene::{Fog, Rgb, Scene, Surface, Velocity, Wind};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -48,13 +48,8 @@ fn scene() -> Scene {
             sun("sky", [0.4, -0.8, -0.4], [0.45, 0.65, 1.0]),
         ],
         fog: Fog {
-            ambient: Rgb([0.97, 0.97, 0.98]),
-            // The paper's fog is a veil, and its light is as in clear air.
-            airlight: Airlight::None,
-            surface_lighting: SurfaceLighting::Clear,
             wind: Wind { velocity: Some(Velocity([4.0, 0.0, 9.0])), keys: None },
-            terms: vec![functions("fog", 0.014, members())],
-            ..Fog::default()
+            ..veil([0.97, 0.97, 0.98], functions("fog", 0.014, members()))
         },
         far_m: 1600.0,
         ..Scene::default()

@@ -8,6 +8,7 @@ mod geometry;
 mod gorge;
 mod inscatter;
 mod room;
+mod rounding;
 mod stage;
 mod street;
 mod terrain;

@@ -1,24 +1,15 @@
 //! Short ways to write the parts of a scene; every number is rounded, so that its JSON is short.
 
 use super::geometry::MeshBuilder;
+pub use super::rounding::{round_to, rounded};
 use crate::light::Sun;
 use crate::media::emitter::Emitter;
 use crate::media::functions::{Cosine, Functions, Member, WaveVector};
 use crate::scene::{
-    Albedo, Blob, Camera, Gaussians, Heightfield, Homogeneous, Light, Material, Mesh, Perspective,
-    Point, Projection, Rgb, Shape, Sphere, Surface, Term, Vec3,
+    Airlight, Albedo, Blob, Camera, Fog, Gaussians, Heightfield, Homogeneous, Light, Material,
+    Mesh, Perspective, Point, Projection, Rgb, Shape, Sphere, Surface, SurfaceLighting, Term, Vec3,
 };
 use glam::DVec3;
-
-/// `value` with its components rounded to 1 / `steps`.
-pub fn rounded(value: DVec3, steps: f64) -> Vec3 {
-    Vec3(value.to_array().map(|x| round_to(x, steps)))
-}
-
-/// `value` rounded to 1 / `steps`; never −0.
-pub fn round_to(value: f64, steps: f64) -> f64 {
-    (value * steps).round() / steps + 0.0
-}
 
 /// A perspective camera.
 pub fn camera(position: [f64; 3], target: [f64; 3], vertical_fov_deg: f64) -> Camera {
@@ -108,6 +99,17 @@ pub fn blob(center: DVec3, radius: f64, depth: f64) -> Blob {
     let radius = round_to(radius, 1e3);
     let extinction = depth / (radius * std::f64::consts::PI.sqrt());
     Blob { center: rounded(center, 1e3), radius, extinction: round_to(extinction, 1e6).into() }
+}
+
+/// Fog as Biri and Giroud draw it: a veil of some radiance, and light as in clear air.
+pub fn veil(ambient: [f64; 3], term: Term) -> Fog {
+    Fog {
+        ambient: Rgb(ambient),
+        airlight: Airlight::None,
+        surface_lighting: SurfaceLighting::Clear,
+        terms: vec![term],
+        ..Fog::default()
+    }
 }
 
 /// Fog made of blobs.

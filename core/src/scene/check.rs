@@ -27,8 +27,8 @@ impl CheckedScene {
 
     /// What computes airlight, if an estimator is asked for, in an extinction of this scene.
     pub fn matched(&self, asked: Method, field: &Field) -> Method {
-        let sources: Vec<_> = self.lights().map(|(_, light)| self.source(light)).collect();
-        asked.matched(&self.fog.scatterings(), &sources, field)
+        let are_placed = self.lights().all(|(_, light)| light.is_placed());
+        asked.matched(&self.fog.scatterings(), are_placed, field)
     }
 }
 

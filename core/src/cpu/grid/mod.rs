@@ -25,8 +25,8 @@ mod look_up;
 mod rule;
 mod table;
 
-use super::fog::{lengths, near_views};
 use super::places::{Places, Samples};
+use super::views::{lengths, near_views};
 use crate::frame::context::Context;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Tile;

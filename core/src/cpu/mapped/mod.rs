@@ -17,8 +17,8 @@ mod sight;
 
 pub use control::toward_light;
 
-use super::fog::near_views;
 use super::places::{Member, Places, Samples};
+use super::views::near_views;
 use crate::airlight::mapped::PROBES;
 use crate::frame::context::Context;
 use crate::frame::tolerance::{THIN, Tolerance};

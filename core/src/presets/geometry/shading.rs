@@ -1,6 +1,6 @@
 //! Smooth normals that keep sharp edges sharp.
 
-use super::super::stage::rounded;
+use super::super::rounding::rounded;
 use super::MeshBuilder;
 use crate::scene::{Mesh, Vec3};
 use glam::DVec3;
