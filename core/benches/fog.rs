@@ -72,7 +72,7 @@ fn scene(whole: bool) -> (Rays, [f32; SIZE], BlobList) {
         let (radius, depth) = (0.5 + 0.001 * i as f32, 4.0 + 6.0 * (i as f32 / BLOBS as f32));
         let center = [0.8 * turn.cos(), 0.8 * turn.sin(), depth];
         let a = 1.0 / radius;
-        Packed { b: center.map(|c| c * a), a, k: 0.02, place: i as u32 }
+        Packed { b: center.map(|c| c * a), a, k: 0.02, place: i as u32, is_slab: false }
     };
     let blobs: Vec<_> = (0..BLOBS).map(blob).collect();
     let list = if whole {

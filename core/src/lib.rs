@@ -12,6 +12,7 @@ mod kept;
 pub mod light;
 pub mod media;
 pub mod num;
+pub mod options;
 pub mod phase;
 pub mod presets;
 pub mod probe;

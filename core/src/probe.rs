@@ -200,14 +200,15 @@ impl<'a> Prober<'a> {
                 let unit = match band.method {
                     Method::None => 0.0,
                     Method::Sun2005 | Method::Macklin2010 => {
-                        let beta = field.uniform_beta().unwrap_or_default();
+                        let beta = sun2005::haze(field);
                         let to_light = source.beside(ray.origin.into(), ray.direction.into());
-                        let unit = if band.method == Method::Macklin2010 {
-                            macklin2010::airlight(beta, to_light, length)
+                        let share = sun2005::share(field, group);
+                        if band.method == Method::Macklin2010 {
+                            share * macklin2010::airlight(beta, to_light, length)
+                                + macklin2010::of_slabs(field, group, to_light, &ray, length)
                         } else {
-                            sun2005::airlight(beta, to_light, length)
-                        };
-                        sun2005::share(field, group) * unit
+                            share * sun2005::airlight(beta, to_light, length)
+                        }
                     }
                     Method::Fogshop2007 => match &sighted {
                         Some(sighted) => {

@@ -1,6 +1,7 @@
 //! What a client asks of a scene: a picture, an optical-depth map, a probe.
 
 use crate::airlight::Method;
+pub use crate::options::Options;
 use crate::scene::limits::{self, COUNTS};
 use crate::scene::{CheckedScene, Checker, Code, Problem, Scene, Vec3};
 use glam::DVec3;
@@ -40,44 +41,6 @@ pub struct RenderRequest {
     /// What the frame may lose for speed.
     #[serde(default)]
     pub options: Options,
-}
-
-/// What a frame may lose for speed; nothing if nothing is said.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Options {
-    /// Relative error that the mean optical depth of the picture may have: of many blobs far away some are left out,
-    /// and the rest weighs more (stochastic pruning). 0 leaves none out.
-    #[schemars(range(min = limits::LOD_ERROR.min, max = limits::LOD_ERROR.max))]
-    pub lod_error: f64,
-    /// Transmittance below which a ray ends: what lies behind is not seen (Biri 2002, section 4.2), so of its light
-    /// that share is lost at most. 0 cuts nothing off.
-    #[schemars(range(min = limits::FAR_CUT.min, max = limits::FAR_CUT.max))]
-    pub far_cut: f64,
-    /// Fog is computed for a grid of this fraction of the picture, halved from one to a sixteenth, and carried over
-    /// between pixels that lie at a like depth (Biri 2002, section 4.1). Edges of depth have their own fog; `auto` of
-    /// 8-bit pictures stands on a grid anyway.
-    #[schemars(range(min = limits::FOG_SCALE.min, max = limits::FOG_SCALE.max))]
-    pub fog_scale: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { lod_error: 0.0, far_cut: 0.0, fog_scale: 1.0 }
-    }
-}
-
-impl Options {
-    /// Optical depth behind which nothing is seen.
-    pub fn opaque(&self) -> f32 {
-        if self.far_cut > 0.0 { -self.far_cut.ln() as f32 } else { f32::MAX }
-    }
-
-    fn check(&self, check: &mut Checker) {
-        check.number(self.lod_error, limits::LOD_ERROR, || "/options/lod_error".into());
-        check.number(self.far_cut, limits::FAR_CUT, || "/options/far_cut".into());
-        check.number(self.fog_scale, limits::FOG_SCALE, || "/options/fog_scale".into());
-    }
 }
 
 /// How much work a frame may cost.

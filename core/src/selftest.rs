@@ -90,6 +90,11 @@ impl Trial {
     }
 }
 
+/// Optical depths in a fog that is still to be given.
+fn depths(model: &'static str) -> Trial {
+    Trial::new(model, Layer::OpticalDepth, "none", "[]")
+}
+
 /// Every medium by its optical depth, and by the light that it scatters; then the models of light.
 fn trials() -> Vec<Trial> {
     let media = KINDS.iter().flat_map(|(kind, _, terms)| {
@@ -102,12 +107,26 @@ fn trials() -> Vec<Trial> {
         Trial::new("fogshop2007", Layer::Airlight, "fogshop2007", MIXED),
         Trial::new("auto", Layer::Airlight, "auto", MIXED),
         Trial::new("macklin2010", Layer::Airlight, "macklin2010", even),
+        Trial::new("macklin2010", Layer::Airlight, "macklin2010", SLABS),
+        Trial::new("slab", Layer::OpticalDepth, "none", SLABS),
+        Trial {
+            fog: format!(r#"{{"noise": {NOISE}, "airlight": "none", "terms": {MIXED}}}"#),
+            ..depths("noise")
+        },
         Trial::new("attenuated", Layer::Surface, "auto", MIXED),
         Trial { lights: SUN, ..Trial::new("sun", Layer::Airlight, "auto", MIXED) },
         Trial { lights: SUN, ..Trial::new("sun", Layer::Surface, "auto", MIXED) },
     ];
     media.chain(light).collect()
 }
+
+/// Blobs as view rays see slabs.
+const SLABS: &str = r#"[{"kind": "homogeneous", "extinction": 0.02},
+    {"kind": "gaussians", "draw": "slab", "blobs": [
+        {"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]"#;
+/// What bends rays before blobs.
+const NOISE: &str = r#"{"strength": 0.7, "scale_m": 4}"#;
 
 const MIXED: &str = r#"[{"kind": "homogeneous", "extinction": 0.02},
     {"kind": "gaussians", "blobs": [

@@ -186,6 +186,9 @@ pub struct RenderArgs {
     /// Fraction of the picture that fog is computed for.
     #[arg(long, env = "FOGBANK_FOG_SCALE", default_value_t = 1.0, value_name = "SHARE")]
     pub fog_scale: f64,
+    /// Whether what meshes lose of their light is computed at their corners.
+    #[arg(long, env = "FOGBANK_PER_VERTEX")]
+    pub per_vertex: bool,
     /// Seconds it may take [default: any].
     #[arg(long, env = "FOGBANK_DEADLINE_S", value_name = "S", value_parser = seconds)]
     pub deadline_s: Option<f64>,

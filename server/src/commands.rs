@@ -74,6 +74,7 @@ pub fn render(args: RenderArgs) -> Result<(), Failure> {
             lod_error: args.lod_error,
             far_cut: args.far_cut,
             fog_scale: args.fog_scale,
+            per_vertex: args.per_vertex,
         },
     };
     let checked = request.check().map_err(|mut problems| {

@@ -10,8 +10,13 @@
 
 /// L_a per unit of ω·I₀ [1/m²] along a ray from where the light stands `toward` [m], in the unit `direction`.
 fn airlight(beta: f32, toward: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
-    let closest = dot(toward, direction);
+    return between(beta, toward, direction, vec2<f32>(0.0, length_m));
+}
+
+/// The same between two ray parameters [m]: what a slab of fog scatters.
+fn between(beta: f32, toward: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> f32 {
     let miss = max(length(cross(toward, direction)), length(toward) * lamp::MISS_FLOOR);
-    let angle = num::angle(miss * length_m, miss * miss - closest * (length_m - closest));
+    let aside = ends - dot(toward, direction);
+    let angle = num::angle(miss * (ends.y - ends.x), miss * miss + aside.x * aside.y);
     return beta * angle / (4.0 * num::PI * miss);
 }

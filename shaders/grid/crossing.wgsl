@@ -26,6 +26,7 @@ struct Crossing {
     /// erf where the ray starts.
     begins: f32,
     is_dense: bool,
+    is_slab: bool,
 }
 
 /// Half depth from which on the tails of erf are formed with care: below it the plain difference is
@@ -37,7 +38,8 @@ fn of_blob(blob: gaussians::Blob, ray: view::Ray) -> Crossing {
     let start = -dot(seen.b, ray.direction);
     let aside = cross(seen.b, ray.direction);
     let density = seen.k * num::exp_bounded(-dot(aside, aside));
-    return Crossing(seen.a, start, density, num::erf(start), seen.k > DENSE);
+    let begins = select(num::erf(start), gaussians::gathered(start), seen.is_slab);
+    return Crossing(seen.a, start, density, begins, seen.k > DENSE, seen.is_slab);
 }
 
 /// Adds a blob at four places of a ray.
@@ -45,7 +47,16 @@ fn add(sums: ptr<function, Sums>, blob: Crossing, t: vec4<f32>, is_own: bool) {
     let ways = blob.a * t;
     let ends = blob.start + ways;
     var gathered: vec4<f32>;
-    if blob.is_dense {
+    let core = blob.density * blob.a / num::HALF_SQRT_PI;
+    var beta = core * exp(-min(ends * ends, vec4<f32>(87.0)));
+    if blob.is_slab {
+        let half = gaussians::HALF_SLAB;
+        for (var i = 0u; i < 4u; i++) {
+            gathered[i] = gaussians::gathered_between(blob.start, ends[i], ways[i]);
+        }
+        let flat = vec4<f32>(blob.density * blob.a / half);
+        beta = select(vec4<f32>(0.0), flat, abs(ends) < vec4<f32>(half));
+    } else if blob.is_dense {
         for (var i = 0u; i < 4u; i++) {
             gathered[i] = gaussians::between(blob.start, ends[i], ways[i]);
         }
@@ -55,8 +66,6 @@ fn add(sums: ptr<function, Sums>, blob: Crossing, t: vec4<f32>, is_own: bool) {
         }
     }
     let depth = blob.density * gathered;
-    let core = blob.density * blob.a / num::HALF_SQRT_PI;
-    let beta = core * exp(-min(ends * ends, vec4<f32>(87.0)));
     (*sums).depth += depth;
     (*sums).beta += beta;
     (*sums).own += select(vec4<f32>(0.0), depth, is_own);

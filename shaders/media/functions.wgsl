@@ -15,7 +15,9 @@
 /// A row as the host writes it: twelve numbers, of which the last tells the kind.
 /// Waves: wave vector [turns/m], phase of the sine [turns], amplitude.
 /// Polynomials: periods a metre on every axis, the first of their numbers; where a period is at the camera, monomials;
-/// the least and the most, and whether powers are of 2u − 1, which keeps the digits of large terms that cancel.
+/// the least and the most, and whether powers are of 2u − 1, which keeps the digits of large terms that cancel. Their
+/// numbers are the mean of all periods, the nodes of a rule that is exact, and for every monomial its coefficient and
+/// in digits of 16 how many sums end behind it and which powers they are multiplied by.
 /// Objects: a point, a sphere's radius; a line's direction, strength; c, d.
 struct Row {
     at: array<f32, 12>,
@@ -28,6 +30,17 @@ const LINE: f32 = 3.0;
 const SPHERE: f32 = 4.0;
 /// Of one period alone.
 const BOUNDED: f32 = 5.0;
+
+/// Numbers in front of a polynomial's monomials.
+const HEAD: u32 = 2u;
+/// Gauss's rules of four and of eight nodes on [−1, 1], which are exact to the seventh and the fifteenth power. The sum
+/// of the weights is 1.
+const FOUR_NODES: vec4<f32> = vec4<f32>(-0.861136312, -0.339981044, 0.339981044, 0.861136312);
+const FOUR_WEIGHTS: vec4<f32> = vec4<f32>(0.173927423, 0.326072577, 0.326072577, 0.173927423);
+const INNER_NODES: vec4<f32> = vec4<f32>(-0.525532410, -0.183434642, 0.183434642, 0.525532410);
+const INNER_WEIGHTS: vec4<f32> = vec4<f32>(0.156853323, 0.181341892, 0.181341892, 0.156853323);
+const OUTER_NODES: vec4<f32> = vec4<f32>(-0.960289856, -0.796666477, 0.796666477, 0.960289856);
+const OUTER_WEIGHTS: vec4<f32> = vec4<f32>(0.0506142681, 0.111190517, 0.111190517, 0.0506142681);
 
 /// Ray parameters at which β jumps, of one row.
 const EDGES: u32 = 6u;
@@ -79,8 +92,7 @@ fn mean(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     }
     let axes = vec3<u32>(first(row) != vec3<f32>(0.0));
     if axes.x + axes.y + axes.z == 1u {
-        let on = vec3<f32>(axes);
-        return in_periods(row, dot(on, start), dot(on, end), axes.y + 2u * axes.z);
+        return in_periods(row, start, end, vec3<f32>(axes));
     }
     return step_by_step(row, start, end);
 }
@@ -157,92 +169,90 @@ fn mean_wave(row: Row, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return wave(row, 0.5 * (a + b)) * share;
 }
 
-fn power(u: f32, power: f32) -> f32 {
-    var product = 1.0;
-    for (var i = 0u; i < u32(power); i++) {
-        product *= u;
+/// What powers are taken of: u from 0 to 1, or what is counted from the middle of the period.
+fn variable(row: Row, u: vec4<f32>) -> vec4<f32> {
+    return select(u, 2.0 * u - 1.0, row.at[10] > 0.0);
+}
+
+/// A sum at four places, times a power of a variable.
+fn raised(sum: vec4<f32>, variable: vec4<f32>, power: u32) -> vec4<f32> {
+    var product = sum;
+    for (var i = 0u; i < power; i++) {
+        product *= variable;
     }
     return product;
 }
 
-/// What powers are taken of: u from 0 to 1, or what is counted from the middle of the period.
-fn variable(row: Row, u: vec3<f32>) -> vec3<f32> {
-    return select(u, 2.0 * u - 1.0, row.at[10] > 0.0);
+/// Σ c u^p v^q w^r at four places of a period, by Horner's scheme.
+fn at_four(row: Row, x: vec4<f32>, y: vec4<f32>, z: vec4<f32>) -> vec4<f32> {
+    let u = variable(row, x);
+    let v = variable(row, y);
+    let w = variable(row, z);
+    var inner = vec4<f32>(0.0);
+    var middle = vec4<f32>(0.0);
+    var outer = vec4<f32>(0.0);
+    let first = u32(row.at[3]) + HEAD;
+    for (var i = 0u; i < u32(row.at[7]); i++) {
+        let step = u32(numbers::at(first + 2u * i + 1u));
+        let folds = step >> 12u;
+        inner = raised(inner + numbers::at(first + 2u * i), w, step & 15u);
+        if folds > 0u {
+            middle = raised(middle + inner, v, step >> 4u & 15u);
+            inner = vec4<f32>(0.0);
+        }
+        if folds > 1u {
+            outer = raised(outer + middle, u, step >> 8u & 15u);
+            middle = vec4<f32>(0.0);
+        }
+    }
+    return outer;
 }
 
-/// Σ c Π uᵢ^pᵢ. All terms at a place come together, as they may cancel.
+/// The same at one.
 fn polynomial(row: Row, place: vec3<f32>) -> f32 {
-    let u = variable(row, place);
-    var sum = 0.0;
-    for (var i = 0u; i < u32(row.at[7]); i++) {
-        let at = u32(row.at[3]) + 4u * i;
-        let powers = vec3<f32>(numbers::at(at), numbers::at(at + 1u), numbers::at(at + 2u));
-        sum += numbers::at(at + 3u) * power(u.x, powers.x) * power(u.y, powers.y) * power(u.z, powers.z);
-    }
-    return sum;
+    return at_four(row, place.xxxx, place.yyyy, place.zzzz).x;
 }
 
-/// The mean of u^p from one place of a period to another: (b^(p+1) − a^(p+1))/((p + 1)(b − a)), without that
-/// difference.
-fn mean_power(a: f32, b: f32, power: u32) -> f32 {
-    var sum = 1.0;
-    var of_a = 1.0;
-    for (var i = 0u; i < power; i++) {
-        of_a *= a;
-        sum = sum * b + of_a;
-    }
-    return sum / f32(power + 1u);
-}
-
-/// Σ c (the mean of u^p) of one variable, from one place of a period to another.
-fn mean_polynomial(row: Row, start: f32, end: f32, axis: u32) -> f32 {
-    let ends = variable(row, vec3<f32>(start, end, 0.0));
-    var sum = 0.0;
-    for (var i = 0u; i < u32(row.at[7]); i++) {
-        let at = u32(row.at[3]) + 4u * i;
-        sum += numbers::at(at + 3u) * mean_power(ends.x, ends.y, u32(numbers::at(at + axis)));
-    }
-    return sum;
+/// The mean over all its periods.
+fn mean_of_all(row: Row) -> f32 {
+    return numbers::at(u32(row.at[3]));
 }
 
 /// Of one variable: parts of two periods, and the whole ones between them.
-fn in_periods(row: Row, start: f32, end: f32, axis: u32) -> f32 {
+fn in_periods(row: Row, a: vec3<f32>, b: vec3<f32>, axes: vec3<f32>) -> f32 {
+    let start = dot(axes, a);
+    let end = dot(axes, b);
     let low = min(start, end);
     let high = max(start, end);
     let passed = floor(high) - floor(low);
-    let a = low - floor(low);
-    let b = high - floor(high);
+    let first = low - floor(low);
+    let last = high - floor(high);
     if passed < 0.5 {
-        return mean_polynomial(row, a, b, axis);
+        return between(row, axes * first, axes * (last - first), vec2<f32>(0.0, 1.0));
     }
-    let sum = (1.0 - a) * mean_polynomial(row, a, 1.0, axis) + b * mean_polynomial(row, 0.0, b, axis)
-        + (passed - 1.0) * mean_polynomial(row, 0.0, 1.0, axis);
+    let sum = (1.0 - first) * between(row, axes * first, axes * (1.0 - first), vec2<f32>(0.0, 1.0))
+        + last * between(row, vec3<f32>(0.0), axes * last, vec2<f32>(0.0, 1.0))
+        + (passed - 1.0) * mean_of_all(row);
     return sum / (high - low);
 }
 
-/// Of all its periods.
-fn mean_of_all(row: Row) -> f32 {
-    let ends = variable(row, vec3<f32>(0.0, 1.0, 0.0));
-    var sum = 0.0;
-    for (var i = 0u; i < u32(row.at[7]); i++) {
-        let at = u32(row.at[3]) + 4u * i;
-        var product = numbers::at(at + 3u);
-        for (var axis = 0u; axis < 3u; axis++) {
-            product *= mean_power(ends.x, ends.y, u32(numbers::at(at + axis)));
-        }
-        sum += product;
-    }
-    return sum;
+/// Weighted β at four places of a segment.
+fn weighed(row: Row, start: vec3<f32>, way: vec3<f32>, shares: vec4<f32>, weights: vec4<f32>) -> f32 {
+    let x = start.x + way.x * shares;
+    let y = start.y + way.y * shares;
+    let z = start.z + way.z * shares;
+    return dot(weights, at_four(row, x, y, z));
 }
 
-/// The mean between two shares of a segment that lie in one period.
+/// The mean between two shares of a segment that lie in one period: by a rule of as many nodes as its degree needs.
 fn between(row: Row, start: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> f32 {
-    var sum = 0.0;
-    for (var i = 0u; i < 8u; i++) {
-        let node = num::gauss(i);
-        sum += node.y * polynomial(row, start + way * mix(ends.x, ends.y, node.x));
+    let middle = 0.5 * (ends.x + ends.y);
+    let half = 0.5 * (ends.y - ends.x);
+    if numbers::at(u32(row.at[3]) + 1u) <= 4.0 {
+        return weighed(row, start, way, middle + half * FOUR_NODES, FOUR_WEIGHTS);
     }
-    return sum;
+    return weighed(row, start, way, middle + half * INNER_NODES, INNER_WEIGHTS)
+        + weighed(row, start, way, middle + half * OUTER_NODES, OUTER_WEIGHTS);
 }
 
 /// Of the only period.

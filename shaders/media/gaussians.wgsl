@@ -22,6 +22,8 @@ struct Blob {
     reach_m: f32,
     /// The group of terms that it belongs to.
     group: u32,
+    /// 1 if view rays see a slab.
+    is_slab: u32,
 }
 
 /// A blob relative to the origin of rays.
@@ -32,6 +34,7 @@ struct Seen {
     a: f32,
     /// Half depth.
     k: f32,
+    is_slab: bool,
 }
 
 /// A segment relative to a blob.
@@ -55,13 +58,15 @@ struct Way {
     length_m: f32,
 }
 
+/// Half a slab's thickness in radii: √(3/2), by which it is as wide as the Gaussian.
+const HALF_SLAB: f32 = 1.2247449;
 /// Segments up to this length are integrated by a series, which is exact to 1e-10: of a short one
 /// inside a large blob the difference of erf keeps few digits.
 const SHORT: f32 = 5e-3;
 
 /// A blob relative to a point, itself given relative to the camera [m].
 fn seen_from(blob: Blob, origin: vec3<f32>) -> Seen {
-    return Seen(blob.place - blob.a * origin, blob.a, blob.half_depth);
+    return Seen(blob.place - blob.a * origin, blob.a, blob.half_depth, blob.is_slab != 0u);
 }
 
 /// A blob's centre, relative to the camera [m].
@@ -99,17 +104,38 @@ fn across_short(middle: f32, span: f32) -> f32 {
     return num::TWO_BY_SQRT_PI * num::exp_bounded(-square) * span * bend;
 }
 
-/// T along a segment of `length_m`.
+/// What erf is to a Gaussian: from −1 before a slab to 1 behind it.
+fn gathered(place: f32) -> f32 {
+    return clamp(place / HALF_SLAB, -1.0, 1.0);
+}
+
+/// The same from one place to another, given how far that is: of a way within a slab no difference of places is
+/// formed, which would have few digits in a large one.
+fn gathered_between(start: f32, end: f32, way: f32) -> f32 {
+    let is_within = start > -HALF_SLAB && end < HALF_SLAB;
+    return select(gathered(end) - gathered(start), way / HALF_SLAB, is_within);
+}
+
+/// Between which parameters of a view ray a slab stands [m].
+fn slab_ends(seen: Seen, line: Line, length_m: f32) -> vec2<f32> {
+    let ends = (vec2<f32>(-HALF_SLAB, HALF_SLAB) - line.start) / seen.a;
+    return clamp(ends, vec2<f32>(0.0), vec2<f32>(length_m));
+}
+
+/// T along a segment of `length_m` of a view ray.
 fn depth_of(seen: Seen, line: Line, length_m: f32) -> f32 {
+    if seen.is_slab {
+        return seen.k * line.peak * gathered_between(line.start, line.end, seen.a * length_m);
+    }
     return seen.k * line.peak * between(line.start, line.end, seen.a * length_m);
 }
 
-/// T along the segment from the origin in the unit direction up to `length_m`.
+/// T along the view ray from the origin in the unit direction up to `length_m`.
 fn optical_depth(seen: Seen, direction: vec3<f32>, length_m: f32) -> f32 {
     return depth_of(seen, line_of(seen, direction, length_m), length_m);
 }
 
-/// T along a way, at once 0 where it passes so far aside that it gathers less than rounding.
+/// T along a way of light, at once 0 where it passes so far aside that it gathers less than rounding.
 fn depth_on(way: Way, blob: Blob) -> f32 {
     let seen = seen_from(blob, way.origin);
     let aside = cross(seen.b, way.direction);

@@ -1,5 +1,5 @@
-// Optical depth of the blobs along every view ray, and with AIRLIGHT_FOGSHOP2007 the airlight of the
-// lamps in them: a workgroup takes a tile, finds the blobs that matter to it, and sums them up along its
+// Optical depth of the blobs along every view ray, and with AIRLIGHT_FOGSHOP2007 or AIRLIGHT_MACKLIN2010 the airlight
+// of the lamps in them: a workgroup takes a tile, finds the blobs that matter to it, and sums them up along its
 // rays. Adds to the buffer; with MISSING only to pixels that a draft's low resolution lends nothing to.
 //
 // Twins: core/src/media/gaussians/list.rs, core/src/airlight/fogshop2007/lanes.rs.
@@ -11,11 +11,10 @@
 #ifdef MISSING
 #import fogbank::sparse
 #endif
-#ifdef AIRLIGHT_FOGSHOP2007
 #import fogbank::num
 #import fogbank::lamp
 #import fogbank::airlight::fogshop2007
-#endif
+#import fogbank::airlight::macklin2010
 
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
@@ -25,11 +24,11 @@
 /// The blobs of this dispatch.
 @group(0) @binding(4) var<uniform> part: view::Span;
 #ifdef AIRLIGHT_FOGSHOP2007
-@group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
 /// For every lamp and blob, lamps outside: a · (centre − light), and the exponent of f¹.
 @group(0) @binding(6) var<storage, read> lit: array<vec4<f32>>;
-@group(0) @binding(8) var<storage, read> scatters: array<lamp::Scatter>;
 #endif
+@group(0) @binding(5) var<storage, read> lamps: array<lamp::Lamp>;
+@group(0) @binding(8) var<storage, read> scatters: array<lamp::Scatter>;
 
 #ifdef MISSING
 @group(0) @binding(7) var surfaces: texture_2d<u32>;
@@ -112,7 +111,19 @@ fn along(place: u32, ray: view::Ray, length_m: f32) -> vec4<f32> {
     }
     return vec4<f32>(airlight / (4.0 * num::PI), crossing.depth);
 #else
-    let depth = gaussians::optical_depth(seen, ray.direction, length_m);
-    return vec4<f32>(0.0, 0.0, 0.0, depth);
+    let line = gaussians::line_of(seen, ray.direction, length_m);
+    var airlight = vec3<f32>(0.0);
+#ifdef AIRLIGHT_MACKLIN2010
+    let beta = seen.k * line.peak * seen.a / gaussians::HALF_SLAB;
+    let ends = gaussians::slab_ends(seen, line, length_m);
+    for (var i = 0u; i < frame.scatters; i++) {
+        let scatter = scatters[i];
+        if scatter.group == blobs[place].group {
+            let toward = lamps[scatter.lamp].position - ray.offset;
+            airlight += macklin2010::between(beta, toward, ray.direction, ends) * scatter.colour;
+        }
+    }
+#endif
+    return vec4<f32>(airlight, gaussians::depth_of(seen, line, length_m));
 #endif
 }

@@ -277,7 +277,10 @@ fn depth_to(index: u32, ray: view::Ray, t: f32) -> f32 {
             let seen = gaussians::seen_from(blob, ray.offset);
             let start = -dot(seen.b, ray.direction);
             let aside = cross(seen.b, ray.direction);
-            let between = num::erf_plain_difference(start, start + seen.a * t);
+            var between = num::erf_plain_difference(start, start + seen.a * t);
+            if seen.is_slab {
+                between = gaussians::gathered_between(start, start + seen.a * t, seen.a * t);
+            }
             depth += seen.k * num::exp_bounded(-dot(aside, aside)) * between;
         }
     }

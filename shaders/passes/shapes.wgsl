@@ -64,7 +64,8 @@ fn meet(corner: Corner) -> surfaces::Found {
         discard;
     }
     let point = ray.offset + distance_m * ray.direction;
-    return surfaces::found(normal_at(shape, point), ray.direction, distance_m, shape.surface);
+    let normal = normal_at(shape, point);
+    return surfaces::found(normal, normal, ray.direction, distance_m, shape.surface);
 }
 
 fn normal_at(shape: Shape, point: vec3<f32>) -> vec3<f32> {

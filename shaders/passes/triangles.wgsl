@@ -88,7 +88,7 @@ fn meet(corner: Corner) -> surfaces::Found {
     if place != FLAT {
         normal = smooth_normal(smooth_normals[place], corners, sides, ray.direction);
     }
-    return surfaces::found(normal, ray.direction, distance_m, triangle.surface);
+    return surfaces::found(normal, face, ray.direction, distance_m, triangle.surface);
 }
 
 /// Where the ray meets the triangle's plane, kept between its nearest and farthest corner: along an

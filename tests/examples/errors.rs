@@ -1,12 +1,19 @@
 //! Prints the errors that the estimators state of themselves, measured now.
 
 use fogbank_core::airlight::Airlight;
-use fogbank_tests::errors::{measure, stated};
+use fogbank_core::options::LOSSES;
+use fogbank_tests::errors::{measure, measure_loss, stated};
 
 fn main() {
     for airlight in Airlight::ALL.iter().filter(|airlight| stated(**airlight).is_some()) {
         let [median, p95, max] = measure(*airlight).map(rounded_up);
         println!("{airlight:?}: [{median:.1e}, {p95:.1e}, {max:.1e}]");
+    }
+    for loss in LOSSES {
+        for (value, _) in loss.measured {
+            let [median, p95, max] = measure_loss(&loss, *value).map(rounded_up);
+            println!("{} {value}: [{median:.1e}, {p95:.1e}, {max:.1e}]", loss.name);
+        }
     }
 }
 

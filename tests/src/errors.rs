@@ -2,14 +2,16 @@
 //! is said about them.
 
 use crate::quadrature::integrate;
-use crate::scenes::{Random, field, homogeneous};
+use crate::scenes::{Random, field, homogeneous, view};
 use fogbank_core::airlight::about::{Exactness, MeasuredError};
 use fogbank_core::airlight::reference;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::geometry::Ray;
 use fogbank_core::light::{Source, point::Place};
 use fogbank_core::media::Field;
+use fogbank_core::options::{Loss, Options};
 use fogbank_core::phase::PhaseFunction;
+use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Airlight, Scene, read};
 use fogbank_core::{Progress, Renderer, presets};
 use glam::DVec3;
@@ -32,9 +34,34 @@ pub fn measure(airlight: Airlight) -> [f64; 3] {
         Airlight::Reference => of_the_reference(),
         _ => of_pictures(airlight),
     };
+    quantiles(&mut errors)
+}
+
+fn quantiles(errors: &mut [f64]) -> [f64; 3] {
     errors.sort_by(f64::total_cmp);
     let at = |q: f64| errors[(q * (errors.len() - 1) as f64).round() as usize];
     [at(0.5), at(0.95), at(1.0)]
+}
+
+/// By how much the transmittance of the presets' pixels is off with an option at a value: median, 95th percentile and
+/// largest.
+pub fn measure_loss(loss: &Loss, value: f64) -> [f64; 3] {
+    let options = match loss.name {
+        "fog_scale" => Options { fog_scale: value, ..Options::default() },
+        "per_vertex" => Options { per_vertex: value == 1.0, ..Options::default() },
+        name => panic!("{name} has no numbers"),
+    };
+    let renderer = Renderer::default();
+    let mut errors = Vec::new();
+    for preset in presets::all() {
+        let scene = preset.scene.check().expect("a preset");
+        let [all, lossy] = [Options::default(), options].map(|options| {
+            let view = View { options, ..view(240, 180, Layer::Transmittance, Quality::Full) };
+            renderer.render(&scene, &view, &Progress::default()).expect("not interrupted").pixels
+        });
+        errors.extend(all.iter().zip(lossy).map(|(a, b)| f64::from((a - b).abs())));
+    }
+    quantiles(&mut errors)
 }
 
 /// Every pixel of small pictures of the scenes that it takes, against the reference.

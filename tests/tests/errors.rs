@@ -1,7 +1,8 @@
 //! The stated errors of the estimators are those that are measured.
 
+use fogbank_core::options::LOSSES;
 use fogbank_core::scene::Airlight;
-use fogbank_tests::errors::{measure, stated};
+use fogbank_tests::errors::{measure, measure_loss, stated};
 
 fn check(airlight: Airlight) {
     let stated = stated(airlight).expect("numbers");
@@ -36,4 +37,20 @@ fn reference_is_as_exact_as_stated() {
 #[test]
 fn auto_is_as_exact_as_stated() {
     check(Airlight::Auto);
+}
+
+/// What pictures lose for speed is what is stated.
+#[test]
+fn options_lose_as_much_as_stated() {
+    for loss in LOSSES {
+        for (value, stated) in loss.measured {
+            for (stated, measured) in stated.iter().zip(measure_loss(&loss, *value)) {
+                let what = format!("{} {value}: stated {stated}, but {measured}", loss.name);
+                assert!(
+                    measured <= stated.max(1e-6) && *stated <= 1.5 * measured.max(1e-6),
+                    "{what}"
+                );
+            }
+        }
+    }
 }

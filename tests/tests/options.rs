@@ -113,3 +113,82 @@ fn a_coarse_grid_of_fog_shows_nearly_the_same() {
         before = mean;
     }
 }
+
+/// Hills of a dense mesh in a fog of layers, with a wall of two large triangles.
+fn hills() -> Value {
+    let heights: Vec<Vec<f64>> = (0..80)
+        .map(|j| {
+            (0..80).map(|i| (0.21 * f64::from(i)).sin() + (0.17 * f64::from(j)).cos()).collect()
+        })
+        .collect();
+    json!({
+        "camera": { "position": [0, 4, 22], "target": [0, 1, 0] },
+        "surfaces": [
+            { "shape": { "kind": "heightfield", "origin": [-20, 0, -20], "size": [40, 40], "heights": heights } },
+            { "shape": { "kind": "mesh", "positions": [[-30, -5, -25], [30, -5, -25], [30, 20, -25], [-30, 20, -25]],
+                "indices": [[0, 1, 2], [0, 2, 3]] } },
+            { "shape": { "kind": "sphere", "center": [3, 3, 5], "radius": 1.5 } } ],
+        "fog": { "airlight": "none", "ambient": [0.5, 0.5, 0.5], "terms": [
+            { "kind": "homogeneous", "extinction": 0.08,
+              "vertical": { "kind": "exponential", "base_m": 0.5, "falloff_per_m": 0.6 } } ] },
+        "far_m": 90 })
+}
+
+/// Between the corners of a dense mesh what fog lets through is nearly straight; all else, a mesh that is not dense
+/// among it, has its own.
+#[test]
+fn fog_at_corners_shows_nearly_the_same() {
+    let json = hills();
+    let of = |per_vertex: bool, layer: Layer| {
+        picture(&json, layer, Options { per_vertex, ..Options::default() }).pixels
+    };
+    let (all, corners) = (of(false, Layer::Transmittance), of(true, Layer::Transmittance));
+    let off = |(a, b): (&f32, &f32)| (a - b).abs();
+    let off: Vec<_> = all.iter().zip(&corners).map(off).collect();
+    // A triangle's own error is a part of what its corners may differ by, 0.06.
+    assert!(off.iter().all(|off| *off < 0.01), "{:?}", off.iter().fold(0.0f32, |a, b| a.max(*b)));
+    let changed = off.iter().filter(|off| **off > 1e-6).count();
+    assert!(changed > off.len() / 10, "{changed} of {} are interpolated", off.len());
+    let depth = of(false, Layer::Depth);
+    let is_sphere = |i: usize| (i % 160) as f32 > 80.0 && depth[i] < 18.0 && (i / 160) < 60;
+    let same = (0..off.len()).filter(|i| is_sphere(*i)).all(|i| all[i] == corners[i]);
+    assert!(same, "a sphere has no corners");
+}
+
+/// Seen side by side, too.
+#[test]
+fn fog_at_corners_suits_parallel_rays() {
+    let mut json = hills();
+    json["camera"]["projection"] = json!({ "kind": "orthographic", "height_m": 20 });
+    let of = |per_vertex: bool| {
+        picture(&json, Layer::Transmittance, Options { per_vertex, ..Options::default() }).pixels
+    };
+    let (all, corners) = (of(false), of(true));
+    assert!(all != corners);
+    assert!(all.iter().zip(&corners).all(|(a, b)| (a - b).abs() < 0.01));
+}
+
+/// A picture that ends where all is hidden lends its optical depths to none that states them.
+#[test]
+fn what_states_optical_depth_follows_it_to_its_end() {
+    let rows: Vec<Vec<f64>> = vec![vec![1.0; 64]; 64];
+    let scene = scene(&json!({
+        "camera": { "position": [0, 1, 31], "target": [0, 1, 0] },
+        "fog": { "airlight": "none", "ambient": [1, 1, 1], "terms": [{ "kind": "fogmap", "degree": 0,
+            "origin": [-32, -32], "cell_m": 1, "scale": 2, "coefficients": rows }] },
+        "far_m": 100 }));
+    let renderer = fogbank_core::Renderer::default();
+    let shown = |layer| {
+        let frame =
+            renderer.render(&scene, &view(64, 48, layer, Quality::Full), &Default::default());
+        frame.expect("not interrupted").pixels
+    };
+    let _ = shown(Layer::Beauty);
+    let depths = shown(Layer::OpticalDepth);
+    // 63 m of 2 per metre before the camera, and no less than to the map's side.
+    assert!(
+        depths.iter().all(|depth| *depth > 100.0),
+        "{:?}",
+        depths.iter().fold(f32::MAX, |a, b| a.min(*b))
+    );
+}

@@ -183,14 +183,14 @@ fn moving() -> Value {
           "vertical": { "kind": "exponential", "base_m": 0.3, "falloff_per_m": 0.6 } },
         { "kind": "fogmap", "degree": 2, "origin": [-3, -3], "cell_m": 1.5, "scale": [0.2, 0.3, 0.4],
           "coefficients": [[0.2, 0.9], [0.7, 0.1]], "vertical": slab },
-        { "kind": "gaussians", "wind_response": 0.8, "blobs": [
+        { "kind": "gaussians", "wind_response": 0.8, "draw": "slab", "blobs": [
             { "center": [1, 0, 2], "radius": 1.2, "extinction": 0.4 } ] },
         { "kind": "gaussians", "frames": [
             { "time_s": 0.4, "blobs": [{ "center": [0, 1, 2], "radius": 0.8, "extinction": [0.4, 0.5, 0.6] }] },
             { "time_s": 3.1, "blobs": [{ "center": [1, 1.5, 1], "radius": 1, "extinction": 0.3 }] } ] },
         { "kind": "emitter", "position": [-1, 0, 1], "rate_hz": 3, "velocity": [0.2, 0.7, 0.1], "spread_deg": 20,
           "acceleration": [0.1, 0.2, 0], "lifetime_s": 2, "radius": 0.5, "growth": 0.8, "extinction": [0.5, 0.6, 0.7],
-          "wind_response": 0.7, "albedo": [0.4, 0.6, 0.8], "phase": own },
+          "wind_response": 0.7, "albedo": [0.4, 0.6, 0.8], "phase": own, "draw": "slab" },
     ]);
     scene
 }

@@ -4,10 +4,15 @@
 //! The integral is the angle that the ray turns through before the light, divided by the light's distance from it.
 //! Ours: that distance is a cross product and the angle one arc tangent, where the published difference of squares
 //! and of two arc tangents fail in f32 (erratum 17).
+//!
+//! Particles are slabs, along each of which fog is the same: the same closed form between a slab's ends.
 
 use super::about::{About, Exactness, Takes};
 use super::sun2005;
+use crate::geometry::Ray;
 use crate::light::ToLight;
+use crate::media::gaussians::Draw;
+use crate::media::{Field, Term};
 use crate::num::Num;
 use std::f64::consts::PI;
 
@@ -17,8 +22,8 @@ pub const ABOUT: About = About {
         away.",
     takes: Some(Takes {
         name: "macklin2010",
-        what: "homogeneous fog",
-        term: sun2005::takes,
+        what: "homogeneous fog, and gaussians and emitters drawn as slabs",
+        term: takes,
         several: true,
     }),
     error: Exactness::Words(
@@ -27,10 +32,34 @@ pub const ABOUT: About = About {
     ),
 };
 
+/// Whether it takes a term.
+fn takes(term: &Term) -> bool {
+    match term {
+        Term::Gaussians(term) => term.draw == Draw::Slab,
+        Term::Emitter(term) => term.draw == Draw::Slab,
+        _ => sun2005::takes(term),
+    }
+}
+
 /// L_a per unit of ω·I₀ [1/m²] of a point light along a ray up to `length` [m], in fog of extinction
 /// `beta` [1/m].
 #[inline(always)]
 pub fn airlight<N: Num>(beta: N, light: ToLight<N>, length: N) -> N {
-    let angle = light.angle(length.lit(0.0), length);
-    beta * angle / light.miss * length.lit(0.25 / PI)
+    between(beta, light, [length.lit(0.0), length])
+}
+
+/// The same between two ray parameters [m]: what a slab of fog scatters.
+#[inline(always)]
+pub fn between<N: Num>(beta: N, light: ToLight<N>, [from, to]: [N; 2]) -> N {
+    beta * light.angle(from, to) / light.miss * to.lit(0.25 / PI)
+}
+
+/// That of all blobs of a group as slabs, in f64.
+pub fn of_slabs(field: &Field, group: usize, light: ToLight<f64>, ray: &Ray, length_m: f64) -> f64 {
+    let blobs = &field.groups()[group].gaussians;
+    let of_blob = |place: usize| {
+        let slab = blobs.all()[place].seen_by_eye(ray.origin).slab(ray.direction.into(), length_m);
+        between(slab.beta, light, slab.ends)
+    };
+    blobs.on_ray(ray, length_m).into_iter().map(of_blob).fold(0.0, |a, b| a + b)
 }

@@ -50,10 +50,15 @@ pub const ABOUT: About = About {
     ),
 };
 
-/// Share of the light that a group of terms scatters in fog that is the same everywhere.
+/// Extinction of what is the same everywhere in a fog [1/m].
+pub fn haze(field: &Field) -> f64 {
+    field.groups().iter().filter_map(|media| media.homogeneous.uniform_beta()).sum()
+}
+
+/// Share of that, and so of the light that it scatters, which a group of terms has.
 pub fn share(field: &Field, group: usize) -> f64 {
     let own = field.groups()[group].homogeneous.uniform_beta().unwrap_or_default();
-    let all = field.uniform_beta().unwrap_or_default();
+    let all = haze(field);
     if all > 0.0 { own / all } else { 0.0 }
 }
 

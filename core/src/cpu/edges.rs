@@ -74,7 +74,7 @@ impl Samples {
     pub fn bytes(&self) -> usize {
         size_of_val(self.places.as_slice())
             + self.rays.iter().map(Rays::bytes).sum::<usize>()
-            + self.hits.len() * size_of::<Hits>()
+            + self.hits.iter().map(|hits| hits.bytes()).sum::<usize>()
     }
 }
 

@@ -8,7 +8,7 @@ use crate::frame::context::{Context, Lamp, Scatter};
 use crate::geometry::Ray;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
 use crate::media::gaussians::BlobList;
-use crate::media::{Legs, Medium, Purpose};
+use crate::media::{Medium, Purpose};
 use crate::num::{Lanes, Num};
 use fearless_simd::{Simd, dispatch};
 
@@ -35,7 +35,8 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
     }
     let parallel = context.viewpoint.parallel;
     if context.interpolates() {
-        let haze = field.smooth(context.viewpoint.position, Legs::OfEyes);
+        let (bundle, shortest) = bundle_of_views(context, &[Ends { rays, hits }]);
+        let haze = field.near_haze(job.level, bundle, shortest, Purpose::Sight);
         haze.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
         return fogged;
     }
@@ -44,12 +45,15 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
         published(context, asked, rays, hits, &mut fogged);
         return fogged;
     }
-    let near = near_views(context, &[Ends { rays, hits }], Purpose::Depth);
+    let near = near_views(context, &[Ends { rays, hits }], context.purpose());
     near.add_depth(job, rays, parallel, &hits.length, &mut fogged.depth);
     match method {
         Method::Sun2005 | Method::Macklin2010 => {
             let factor = |scatter: &Scatter| sun2005::share(field, scatter.group);
             add_homogeneous(context, asked, (rays, hits), factor, &mut fogged);
+            if method == Method::Macklin2010 {
+                add_slabs(context, asked, rays, hits, &mut fogged.airlight);
+            }
         }
         Method::Reference | Method::March(_) => {
             add_ray_by_ray(context, asked, rays, hits, &mut fogged.airlight);
@@ -82,8 +86,7 @@ fn add_homogeneous(
     factor: impl Fn(&Scatter) -> f64,
     fogged: &mut Fogged,
 ) {
-    let beta =
-        context.field.groups().iter().filter_map(|media| media.homogeneous.uniform_beta()).sum();
+    let beta = sun2005::haze(context.field);
     if beta == 0.0 {
         return;
     }
@@ -119,6 +122,56 @@ fn add_closed<S: Simd, const THIN: bool>(
             sun2005::airlight(one.lit(beta), light, length)
         };
         value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);
+    }
+}
+
+/// Airlight of all blobs as slabs, each in closed form (Macklin 2010).
+fn add_slabs(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits, airlight: &mut [Row]) {
+    let (bundle, shortest) = bundle_of_views(context, &[Ends { rays, hits }]);
+    for (group, media) in context.field.groups().iter().enumerate() {
+        if media.gaussians.is_empty() {
+            continue;
+        }
+        let search =
+            context.field.search_for(&media.gaussians, bundle, shortest, Purpose::Airlight);
+        let list = BlobList::new(context.job.level, &media.gaussians, &search);
+        let parallel = context.viewpoint.parallel;
+        list.in_parts(context.job.progress, |list| {
+            for (i, row) in asked.iter().zip(airlight.iter_mut()) {
+                let scatter = &context.scatters[*i];
+                if scatter.group != group {
+                    continue;
+                }
+                let lamp = &context.lamps[scatter.lamp];
+                dispatch!(context.job.level, simd => if parallel {
+                    add_slabs_of::<_, true>(simd, list, lamp, (rays, hits), row);
+                } else {
+                    add_slabs_of::<_, false>(simd, list, lamp, (rays, hits), row);
+                });
+            }
+        });
+    }
+}
+
+#[inline(always)]
+fn add_slabs_of<S: Simd, const PARALLEL: bool>(
+    simd: S,
+    list: &BlobList,
+    lamp: &Lamp,
+    (rays, hits): (&Rays, &Hits),
+    row: &mut Row,
+) {
+    for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
+        let direction = load3(simd, &rays.direction, at);
+        let offset = load3(simd, &rays.offset, at);
+        let light = lamp.from_camera.beside(offset, direction);
+        let length = Lanes::load(simd, &hits.length[at..]);
+        let mut sum = Lanes::load(simd, &row[at..]);
+        for blob in list.each() {
+            let slab = blob.seen::<S, PARALLEL>(simd, offset).slab(direction, length);
+            sum += macklin2010::between(slab.beta, light, slab.ends);
+        }
+        sum.store(&mut row[at..]);
     }
 }
 

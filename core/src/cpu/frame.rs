@@ -1,6 +1,7 @@
 //! One frame on the CPU, read top to bottom as a list of passes over tiles.
 
 use super::composite::{self, Made};
+use super::corners::AtCorners;
 use super::grid::{self, Grid};
 use super::noise::bend;
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
@@ -35,7 +36,9 @@ pub fn render(
     let geometry = cache.geometry(scene, progress)?;
     let bands = cache.seen_bands(scene, view, progress)?;
     clock.lap("prepare", true)?;
-    let context = |field| Context::new(scene, &geometry, field, view, progress);
+    let is_band = bands.each().len() > 1;
+    let context =
+        |field| Context { is_band, ..Context::new(scene, &geometry, field, view, progress) };
     let mut contexts: Vec<_> = bands.each().iter().map(context).collect();
     let grid = contexts[0].grid;
 
@@ -45,6 +48,7 @@ pub fn render(
         grid,
         far_m: scene.far_m,
         samples: view.samples.unwrap_or(1),
+        tells_triangles: contexts[0].is_per_vertex(),
     };
     let mut traces = false;
     let trace = || {
@@ -266,7 +270,9 @@ fn fog(
     // What is interpolated across the picture serves all tiles of a block; patches of numbers are smaller.
     let across = if context.interpolates() { grid::BLOCK / TILE } else { 2 };
     let grid = context.interpolates().then(|| Grid::new(context, asked));
-    let formed = Formed { context, traced, low, grid, asked };
+    let corners = context.is_per_vertex().then(|| AtCorners::new(context, traced, strip));
+    let corners = corners.transpose()?;
+    let formed = Formed { context, traced, low, grid, corners, asked };
     let by_tile: Fog =
         by_blocks(context, strip.tiles.clone(), across, |block| formed.fog_of(block))?;
     let batches: usize = by_tile.iter().map(Vec::len).sum();
@@ -280,6 +286,7 @@ struct Formed<'a, 'c> {
     traced: &'a Traced,
     low: Option<&'a upsample::Low>,
     grid: Option<Grid<'a>>,
+    corners: Option<AtCorners<'a>>,
     asked: &'a [usize],
 }
 
@@ -302,8 +309,9 @@ impl Formed<'_, '_> {
             let (own, others) = rest.split_at(*count);
             rest = others;
             for (at, ends) in own.iter().enumerate() {
-                fogged.push(match low {
-                    Some(low) if at == 0 => low.fog(context, asked, *index, *ends),
+                fogged.push(match (&self.corners, low) {
+                    (Some(corners), _) => corners.fog(context, *ends),
+                    (None, Some(low)) if at == 0 => low.fog(context, asked, *index, *ends),
                     _ => fog::batch(context, asked, ends.rays, ends.hits),
                 });
             }

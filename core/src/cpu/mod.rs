@@ -1,6 +1,7 @@
 //! The passes on the CPU: pixels in SIMD lanes, tiles spread over all cores.
 
 mod composite;
+mod corners;
 mod edges;
 mod fog;
 mod frame;

@@ -15,7 +15,7 @@ pub fn bend(context: &Context, bend: &Bend, ends: Ends<'_>, fogged: &mut Fogged)
         let origin = context.viewpoint.position + get3(&rays.offset, at).as_dvec3();
         let direction = get3(&rays.direction, at).as_dvec3().normalize();
         let (ray, length) = (Ray { origin, direction }, f64::from(hits.length[at]));
-        let change = |blob: &&Gaussian| bend.change(&blob.seen_from(origin), &ray, length);
+        let change = |blob: &&Gaussian| bend.change(&blob.seen_by_eye(origin), &ray, length);
         let change: f64 = near.iter().map(change).sum();
         let straight = f64::from(fogged.depth[at]);
         let bent = (straight + change).max(0.0);

@@ -14,8 +14,8 @@ use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Fogged, Row};
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
-use crate::media::Field;
 use crate::media::noise::Bend;
+use crate::media::{Field, Purpose};
 use crate::phase::PhaseFunction;
 use crate::request::{Options, Quality};
 use crate::scene::Camera;
@@ -31,6 +31,8 @@ pub struct Tracing {
     pub far_m: f64,
     /// Samples of a pixel at an edge.
     pub samples: u32,
+    /// Whether triangles that are hit are told.
+    pub tells_triangles: bool,
 }
 
 /// The fog along view rays: the light of one lamp that a group of its terms scatters, or what it takes away
@@ -41,6 +43,8 @@ pub struct Fogging {
     field: Same<Field>,
     noise: Option<Bend>,
     options: Options,
+    /// What for: a picture ends where all is hidden, and who states T does not.
+    purpose: Purpose,
     method: Method,
     /// The group, and where its light goes.
     group: Option<(usize, PhaseFunction)>,
@@ -90,6 +94,7 @@ impl Fogging {
             field: Same::new(context.field),
             noise: context.noise.clone(),
             options: context.view.options,
+            purpose: context.purpose(),
             method: if context.shows_airlight() { context.method } else { Method::None },
             group: scatter.map(|i| (of(i).group, of(i).phase)),
             quality: context.view.quality,

@@ -35,7 +35,7 @@ impl Traced {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let samples = self.samples.iter().map(Samples::bytes).sum::<usize>();
-        self.tiles.len() * size_of::<Hits>() + samples
+        self.tiles.iter().map(|hits| hits.bytes()).sum::<usize>() + samples
     }
 
     /// The batches of a tile: its pixels, whose rays are given, and its samples.

@@ -2,7 +2,7 @@
 //! for one pixel in 16, or as many as are asked for, exactly as in a full frame, and its values are carried over to the pixels between that lie at a like depth.
 //! Where no computed neighbour does, along depth edges, the pixel is computed itself: no halo of
 //! background fog stands over a foreground edge. So are the pixels around a lamp's image, where
-//! airlight has a peak.
+//! airlight has a peak, and in a picture at rest those whose lenders differ.
 
 use super::tiles::tiles;
 use super::{fog, shade};
@@ -11,7 +11,11 @@ use crate::frame::samples::CENTER;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, TILE};
 use crate::progress::Interrupted;
+use crate::request::Quality;
 
+/// A pixel of a picture at rest is computed itself where what fog lets through differs by more among those that
+/// would lend it theirs: the most that it is off by where fog rises or falls from one to the next.
+const ALIKE: f32 = 0.1;
 /// Depths that differ by more than this share do not lend each other their fog.
 const LIKE: f32 = 0.1;
 /// Below this sum of weights a pixel has no neighbour to borrow from.
@@ -162,22 +166,25 @@ impl Low {
         Around { step, length: length.collect(), at }
     }
 
-    /// Calls `carry` with the sources of every pixel of a tile that has any; returns the others.
+    /// Calls `carry` with the sources of every pixel of a tile that has any; returns the others. View rays have glows
+    /// of lamps, and at rest are not lent what differs.
     fn carry(
         &self,
         context: &Context,
         index: usize,
         around: &Around,
         hits: &Hits,
-        glows: bool,
+        of_eyes: bool,
         mut carry: impl FnMut(usize, Sources),
     ) -> Vec<usize> {
         let tile = context.grid.tile(index);
-        let glows = glows && self.glow_near(tile.x, tile.y);
+        let glows = of_eyes && self.glow_near(tile.x, tile.y);
+        let lends_all = !of_eyes || context.view.quality == Quality::Draft;
         let mut missing = Vec::new();
         for at in 0..SIZE {
             let (x, y) = tile.pixel(at);
             let sources = around.sources(at, signed_length(hits, at));
+            let sources = sources.filter(|sources| lends_all || self.are_alike(around, sources));
             match sources {
                 Some(sources) if !(glows && self.in_a_glow(x, y, GLOW)) => carry(at, sources),
                 _ if context.grid.contains((x, y)) => missing.push(at),
@@ -185,6 +192,17 @@ impl Low {
             }
         }
         missing
+    }
+
+    /// Whether fog lets as much through at pixels that lend theirs.
+    fn are_alike(&self, around: &Around, sources: &Sources) -> bool {
+        let through = |(source, _): &(usize, f32)| {
+            let (tile, place) = around.at[*source];
+            (-self.fogged[tile].depth[place]).exp()
+        };
+        let counted = sources.iter().filter(|(_, weight)| *weight > 0.0).map(through);
+        let [least, most] = counted.fold([1.0f32, 0.0f32], |[a, b], v| [a.min(v), b.max(v)]);
+        most - least < ALIKE
     }
 
     fn glow_near(&self, x: usize, y: usize) -> bool {
@@ -250,7 +268,12 @@ fn gather(context: &Context, hits: &[Box<Hits>], grid: Grid, index: usize) -> (R
 }
 
 /// Some rays of a tile as a batch of their own.
-fn subset(context: &Context, rays: &Rays, hits: &Hits, places: &[usize]) -> Option<(Rays, Hits)> {
+pub fn subset(
+    context: &Context,
+    rays: &Rays,
+    hits: &Hits,
+    places: &[usize],
+) -> Option<(Rays, Hits)> {
     let last = places.len().checked_sub(1)?;
     let mut some = Rays::empty();
     let mut ends = Hits::nothing(context.far_m);

@@ -8,7 +8,7 @@ use crate::airlight::mapped::OPAQUE;
 use crate::geometry::batch::TILE;
 use crate::light::Source;
 use crate::media::noise::Bend;
-use crate::media::{Field, Scattering};
+use crate::media::{Field, Purpose, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
@@ -140,6 +140,11 @@ impl<'a> Context<'a> {
         self.shows_airlight() && self.method != Method::None
     }
 
+    /// What optical depth along view rays is for: who states it follows it to its end.
+    pub fn purpose(&self) -> Purpose {
+        if self.shows_airlight() { Purpose::Sight } else { Purpose::Depth }
+    }
+
     /// Optical depth behind which airlight is not seen.
     pub fn opaque(&self) -> f32 {
         self.view.options.opaque().min(OPAQUE as f32)
@@ -191,7 +196,17 @@ impl<'a> Context<'a> {
         self.step() > 1
             && !self.field.is_empty()
             && !self.interpolates()
+            && !self.is_per_vertex()
+            // What noise makes of a pixel its neighbours do not tell.
+            && self.noise.is_none()
             && (self.shows_fog() || self.shows_surfaces())
+    }
+
+    /// Whether what meshes lose of their light is computed at their corners: where no light is scattered that would
+    /// have to be formed for every pixel.
+    pub fn is_per_vertex(&self) -> bool {
+        let is_lit = self.is_lit() && !self.scatters.is_empty();
+        self.view.options.per_vertex && self.shows_fog() && !is_lit
     }
 }
 

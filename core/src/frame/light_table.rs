@@ -23,7 +23,8 @@ use rayon::prelude::*;
 
 /// Fewer blobs than this are summed up directly: for numbers, and for the eye.
 const FEWEST_BLOBS: [usize; 2] = [48, 16];
-/// Most samples of a table (8 MB), and of all tables of a frame: as much as is kept of them.
+/// Most samples of a table for the eye (8 MB; for numbers four times as many), and of all tables of a frame: as much as is
+/// kept of them.
 const MOST: usize = 2 << 20;
 const MOST_TOGETHER: usize = 32 << 20;
 /// Most shells around a light, and behind a window.
@@ -47,14 +48,18 @@ pub struct Fineness {
 }
 
 impl Fineness {
-    /// Of each of so many lights' tables, which fit together. It halves from time to time, so that
+    /// Of each of so many tables, one a light and band, which fit together. It halves from time to time, so that
     /// a light more or less seldom changes the tables of all others.
     ///
     /// While a lamp is dragged its table is made anew for every draft: half of the samples are made in about half of
     /// the time. A quarter would put the worst rays of drafts beyond 5 %.
-    pub fn of(lights: usize, quality: Quality, lines: bool) -> Self {
-        let most = if quality == Quality::Draft { MOST / 2 } else { MOST };
-        Self { samples: most.min(MOST_TOGETHER / lights.max(1).next_power_of_two()), lines }
+    pub fn of(tables: usize, quality: Quality, lines: bool) -> Self {
+        let most = match quality {
+            Quality::Draft => MOST / 2,
+            Quality::Full if lines => MOST,
+            Quality::Full => 4 * MOST,
+        };
+        Self { samples: most.min(MOST_TOGETHER / tables.max(1).next_power_of_two()), lines }
     }
 }
 

@@ -37,7 +37,8 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     if !context.is_mapped() || !light_table::pay(context.field, lines) {
         return Ok(false);
     }
-    let fineness = Fineness::of(context.lamps.len(), context.view.quality, lines);
+    let bands = if context.is_band { 3 } else { 1 };
+    let fineness = Fineness::of(bands * context.lamps.len(), context.view.quality, lines);
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.source);

@@ -71,6 +71,16 @@ impl Viewpoint {
         }
     }
 
+    /// The ray to a point, which is given relative to the camera: its start, its unit direction and its length [m].
+    pub fn toward(&self, point: DVec3) -> (DVec3, DVec3, f64) {
+        if self.parallel {
+            let depth = point.dot(self.forward);
+            return (point - depth * self.forward, self.forward, depth.max(0.0));
+        }
+        let length = point.length();
+        (DVec3::ZERO, point.normalize_or(self.forward), length)
+    }
+
     /// How far a place of the picture lies beside its middle: per metre of depth under perspective, else in
     /// metres.
     #[inline(always)]

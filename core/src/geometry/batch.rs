@@ -58,10 +58,21 @@ impl std::ops::Deref for Offsets {
 pub struct Hits {
     /// Distance along the ray [m]; `far_m` where nothing is hit.
     pub length: Row,
-    /// Unit normal, towards the eye; zero where nothing is hit.
+    /// Unit normal, on the side of the surface that the eye sees; zero where nothing is hit.
     pub normal: Rows,
     /// Place among the scene's surfaces, or [`NOTHING`].
     pub surface: [u32; SIZE],
+    /// Where on which triangles, if that is asked for.
+    pub triangles: Option<Box<OnTriangles>>,
+}
+
+/// Where rays end on triangles.
+#[derive(Clone, Debug)]
+pub struct OnTriangles {
+    /// Places among the geometry's triangles; of what else is hit larger than any.
+    pub place: [u32; SIZE],
+    /// The shares of the first and of the second corner; the third has the rest.
+    pub shares: [Row; 2],
 }
 
 /// Marks a ray that hits nothing.
@@ -139,7 +150,17 @@ impl Default for Hits {
 impl Hits {
     /// Nothing hit up to `far_m`.
     pub fn nothing(far_m: f32) -> Self {
-        Self { length: [far_m; SIZE], normal: [[0.0; SIZE]; 3], surface: [NOTHING; SIZE] }
+        Self {
+            length: [far_m; SIZE],
+            normal: [[0.0; SIZE]; 3],
+            surface: [NOTHING; SIZE],
+            triangles: None,
+        }
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.triangles.as_ref().map_or(0, |on| size_of_val(&**on))
     }
 
     /// Whether a ray meets no surface.

@@ -427,6 +427,7 @@ fn blobs(context: &Context) -> Vec<Blob> {
             half_depth: blob.half_depth() as f32,
             reach_m: blob.reach(loss) as f32,
             group: group as u32,
+            is_slab: u32::from(blob.is_slab),
         };
         media.gaussians.all().iter().map(blob).collect::<Vec<_>>()
     };

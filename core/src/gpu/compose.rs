@@ -175,6 +175,8 @@ passes! {
     Knots = "knots",
     /// Airlight on a grid of rays.
     Grid = "grid",
+    /// What noise makes of the fog.
+    Bend = "bend",
     /// What lies between a light and the surfaces.
     LightDepth = "light_depth",
     /// Light from the surfaces.
@@ -252,11 +254,12 @@ fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
 
 fn of_its_own(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
-        Pass::Triangles | Pass::Shapes | Pass::Knots => vec![],
+        Pass::Triangles | Pass::Shapes | Pass::Knots | Pass::Bend => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
         Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"], &["AIRLIGHT_MACKLIN2010"]]],
         Pass::BlobTiles => {
-            vec![vec![&[], &["AIRLIGHT_FOGSHOP2007"]], vec![&[], &["MISSING"]]]
+            let lit: &[&[&str]] = &[&[], &["AIRLIGHT_FOGSHOP2007"], &["AIRLIGHT_MACKLIN2010"]];
+            vec![lit.to_vec(), vec![&[], &["MISSING"]]]
         }
         Pass::Grid => vec![vec![&[], &["EDGES"]]],
         Pass::Surface => {

@@ -19,7 +19,7 @@ use wgpu::{BindingResource, BufferUsages, LoadOp, StoreOp, SubmissionIndex};
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 16;
 /// Blobs of one dispatch: no loop of a shader comes near 65 535 turns, where drivers may end it.
-const BLOBS_A_DISPATCH: u32 = 1 << 15;
+pub const BLOBS_A_DISPATCH: u32 = 1 << 15;
 
 /// What a frame shows.
 #[derive(Debug)]
@@ -169,6 +169,9 @@ impl<'a> Recorder<'a> {
         if self.context.shows_fog() {
             self.haze()?;
             if self.context.interpolates() { self.grid(is_first) } else { self.blobs() }?;
+            if let Some(noise) = &self.context.noise {
+                self.bend(noise)?;
+            }
         }
         self.composite(is_first)?;
         self.submit()
@@ -294,7 +297,8 @@ fn view(gpu: &Gpu, context: &Context, sample: DVec2, step: usize) -> Result<Buff
 
 /// Whether blobs are summed up for one pixel in 16 only.
 pub fn is_low(context: &Context) -> bool {
-    context.view.quality == Quality::Draft && context.field.lumps() > 0
+    // What noise makes of a pixel its neighbours do not tell.
+    context.view.quality == Quality::Draft && context.field.lumps() > 0 && context.noise.is_none()
 }
 
 /// The pixels of a draft's low resolution.

@@ -48,8 +48,10 @@ rows! {
     Scatter in "fogbank::lamp" { colour: Vec3, g: f32, lamp: u32, group: u32, share: f32 }
     /// A Gaussian.
     Blob in "fogbank::media::gaussians" {
-        place: Vec3, a: f32, half_depth: f32, reach_m: f32, group: u32
+        place: Vec3, a: f32, half_depth: f32, reach_m: f32, group: u32, is_slab: u32
     }
+    /// What noise does to view rays.
+    Bend in "bend" { moved: Vec3, rate: f32, strength: f32, reach: f32 }
     /// What a surface is made of.
     Material in "fogbank::surface::attenuated" {
         diffuse: Vec3, shininess: f32, specular: Vec3, emission: Vec3

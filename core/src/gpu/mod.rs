@@ -117,10 +117,14 @@ impl Gpu {
             Method::Auto => context.is_for_the_eye() || context.scatters.is_empty(),
             Method::Reference | Method::March(_) => false,
         };
-        // Noise is the CPU's, and so is fog for some pixels, but that of drafts.
+        // One dispatch bends rays before all blobs.
+        let bends_too_many =
+            context.noise.is_some() && context.field.lumps() > frame::BLOBS_A_DISPATCH as usize;
+        // Fog at corners or for some pixels is the CPU's, but for that of drafts.
         let is_draft = context.view.quality == Quality::Draft && context.step() == DRAFT_STEP;
         (!context.is_low() || is_draft)
-            && context.noise.is_none()
+            && !context.is_per_vertex()
+            && !bends_too_many
             && (has_pass || !context.shows_airlight())
     }
 

@@ -125,7 +125,7 @@ fn bindings(module: &Module) -> Result<Vec<u32>, Failure> {
 }
 
 fn is_compute(pass: Pass) -> bool {
-    matches!(pass, Pass::BlobTiles | Pass::LightDepth | Pass::Knots | Pass::Grid)
+    matches!(pass, Pass::BlobTiles | Pass::Bend | Pass::LightDepth | Pass::Knots | Pass::Grid)
 }
 
 /// What a composition draws to.

@@ -201,6 +201,42 @@ fn coloured_smoke_is_the_cpus() {
     }
 }
 
+/// Rays that noise bends, and blobs that view rays see as slabs: T, the light that the grid and Macklin's closed form
+/// make of them.
+#[test]
+fn noise_and_slabs_are_the_cpus() {
+    let blobs = r#""blobs": [{"center": [-1, 0.6, 0], "radius": 1.2, "extinction": 0.5},
+        {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 1.4},
+        {"center": [0.3, 1.4, 6], "radius": 0.5, "extinction": 0.4}]"#;
+    let even = r#"{"kind": "homogeneous", "extinction": 0.02}"#;
+    let noise = r#""noise": {"strength": 0.8, "scale_m": 3, "seed": 9}"#;
+    let bent = format!(r#"{{{noise}, "terms": [{even}, {{"kind": "gaussians", {blobs}}}]}}"#);
+    let slabs =
+        format!(r#"{{"terms": [{even}, {{"kind": "gaussians", "draw": "slab", {blobs}}}]}}"#);
+    let both_of_them =
+        format!(r#"{{{noise}, "terms": [{{"kind": "gaussians", "draw": "slab", {blobs}}}]}}"#);
+    let gpu = gpu();
+    let fogs = [
+        (&bent, Airlight::Auto, BOTH),
+        (&bent, Airlight::Fogshop2007, 2e-3),
+        (&slabs, Airlight::Auto, BOTH),
+        (&slabs, Airlight::Macklin2010, 1e-3),
+        (&both_of_them, Airlight::Macklin2010, 2e-3),
+    ];
+    for (fog, airlight, share) in fogs {
+        let scene = selftest::scene(fog).expect("a scene");
+        for (layer, share) in
+            [(Layer::OpticalDepth, 1e-4), (Layer::Airlight, share), (Layer::Beauty, share)]
+        {
+            let view = shown_by_grid(layer, airlight);
+            let frames = both(&gpu, &scene, &view);
+            assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
+            let off = differing(&frames, share);
+            assert!(50 * off <= frames[1].pixels.len(), "{fog} {airlight:?} {layer:?}: {off}");
+        }
+    }
+}
+
 /// While nothing moves a device uploads no list again, and a picture of what was kept is the same to the
 /// last bit.
 #[test]

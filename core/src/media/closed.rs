@@ -4,7 +4,8 @@
 //! All is asked relative to where rays start, so that differences keep their digits.
 
 use super::{
-    Along, Legs, Lumps, Medium, Near, OnRays, PatchCone, Patched, Search, Smooth, Ways, Words,
+    Along, Legs, Lumps, Medium, Near, OPAQUE_DEPTH, OnRays, PatchCone, Patched, Purpose, Search,
+    Smooth, Ways, Words,
 };
 use crate::geometry::batch::{Rays, Row, SIZE, load3};
 use crate::geometry::control::{Control, Each, PADDED};
@@ -60,6 +61,13 @@ pub trait Closed: Clone + Debug + Send + Sync + 'static {
     /// The same, seen by view rays as by lights.
     #[must_use]
     fn whole(&self) -> Self {
+        self.clone()
+    }
+
+    /// The same for those who ask no more once that much optical depth lies behind, which then may stay short of the
+    /// truth.
+    #[must_use]
+    fn until(&self, _depth: f64) -> Self {
         self.clone()
     }
 
@@ -145,7 +153,8 @@ impl<C: Closed> Medium for C {
     }
 
     fn near(&self, _level: Level, search: &Search) -> Box<dyn Near> {
-        Box::new(Closed::seen_from(self, search.bundle.origin))
+        let seen = Closed::seen_from(self, search.bundle.origin);
+        Box::new(if search.purpose == Purpose::Sight { seen.until(OPAQUE_DEPTH) } else { seen })
     }
 
     fn smooth(&self, origin: DVec3, legs: Legs) -> Option<Box<dyn Smooth>> {

@@ -4,7 +4,7 @@
 //! At the age a, a share f of its life, it is at position + v a + acceleration a²/2, and where the wind has carried it
 //! since; its radius is radius · (1 + growth · f) and its extinction falls as 1 − f.
 
-use super::gaussians::{Blob, Blobs, Gaussians};
+use super::gaussians::{Blob, Blobs, Draw, Gaussians};
 use super::{Moment, Term, TermKind};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Spectrum, Vec3};
@@ -63,6 +63,8 @@ pub struct Emitter {
     /// Chooses where each of them flies.
     #[schemars(range(max = u32::MAX))]
     pub seed: u32,
+    /// How view rays see the particles.
+    pub draw: Draw,
 }
 
 impl Default for Emitter {
@@ -83,6 +85,7 @@ impl Default for Emitter {
             growth: 1.0,
             extinction: Spectrum::Grey(0.5),
             seed: 1,
+            draw: Draw::Gaussian,
         }
     }
 }
@@ -178,6 +181,7 @@ impl TermKind for Emitter {
             // The particles are where the wind has carried them.
             wind_response: 0.0,
             blobs: self.alive(moment),
+            draw: self.draw,
             ..Gaussians::default()
         }))
     }

@@ -384,11 +384,16 @@ pub const PICTURE_LOSS: f64 = 1e-5;
 /// See [`PICTURE_LOSS`].
 pub const RELATIVE_LOSS: f64 = 1e-4;
 
+/// Optical depth that hides all: less than half of the last bit of f32 is let through, 2⁻²⁵.
+pub const OPAQUE_DEPTH: f64 = 17.4;
+
 /// What the lumps around a bundle are wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Optical depth: what is lost may grow with a ray's own.
     Depth,
+    /// The same for a picture: behind what hides all it need not be followed.
+    Sight,
     /// Airlight too: it comes from where the ray begins, however thick the fog behind may be.
     Airlight,
     /// Fields that airlight is integrated over: where fog is thin, its share counts.
@@ -404,6 +409,8 @@ pub struct Search {
     pub shortest_m: f64,
     /// What for.
     pub purpose: Purpose,
+    /// Whose ways they are.
+    pub legs: Legs,
     /// Optical depth that other media surely add.
     pub sure: f64,
 }

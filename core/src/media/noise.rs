@@ -94,6 +94,22 @@ impl Bend {
         })
     }
 
+    /// Its strength, and cells of its lattice a metre.
+    pub fn scale(&self) -> [f64; 2] {
+        [self.strength, self.rate]
+    }
+
+    /// Where a place stands in the lattice, in cells of the first period.
+    pub fn in_lattice(&self, place: DVec3) -> DVec3 {
+        let (at, period) = (place * self.rate + self.moved, CELLS as f64);
+        at - (at / period).floor() * period
+    }
+
+    /// The gradients of all places of the lattice, along x first, one for each component.
+    pub fn gradients(&self) -> &[[DVec3; 3]] {
+        &self.gradients
+    }
+
     /// How far from its straight ray a blob counts, in radii.
     pub fn reach(&self) -> f64 {
         ENDS + LONGEST * self.strength
@@ -136,7 +152,7 @@ impl Bend {
     /// The same of all blobs of a field.
     pub fn change_of(&self, field: &Field, ray: &Ray, length_m: f64) -> f64 {
         let blobs =
-            field.blobs().map(|blob| self.change(&blob.seen_from(ray.origin), ray, length_m));
+            field.blobs().map(|blob| self.change(&blob.seen_by_eye(ray.origin), ray, length_m));
         blobs.sum()
     }
 }

@@ -123,10 +123,10 @@ impl Field {
         self.depth(&ray, length_m)
     }
 
-    /// T from where light comes from to a point.
+    /// T from where light comes from to a point: all of it, whatever view rays see.
     pub fn depth_from(&self, origin: Origin, to: DVec3) -> f64 {
         match origin {
-            Origin::At(from) => self.depth_between(from, to),
+            Origin::At(_) => self.ways(origin, [to; 2]).depth_to(to),
             Origin::Beyond(beyond) => {
                 total(self.each().map(|(_, medium)| medium.depth_beyond(to, &beyond)))
             }
@@ -156,10 +156,11 @@ impl Field {
         shortest_m: f64,
         purpose: Purpose,
     ) -> Sum<dyn Near> {
-        self.near_those(|_| true, level, bundle, shortest_m, purpose)
+        let search = |medium: &dyn Medium| self.search_for(medium, bundle, shortest_m, purpose);
+        self.near_those(|_| true, level, search)
     }
 
-    /// The same of the lumps alone.
+    /// What matters of the lumps alone to ways from a light.
     pub fn near_lumps(
         &self,
         level: Level,
@@ -167,26 +168,38 @@ impl Field {
         shortest_m: f64,
         purpose: Purpose,
     ) -> Sum<dyn Near> {
-        self.near_those(|medium| medium.lumps() > 0, level, bundle, shortest_m, purpose)
+        let search = |medium: &dyn Medium| {
+            let of_eyes = self.search_for(medium, bundle, shortest_m, purpose);
+            Search { legs: Legs::OfLights, ..of_eyes }
+        };
+        self.near_those(|medium| medium.lumps() > 0, level, search)
+    }
+
+    /// The same of what is smooth alone.
+    pub fn near_haze(
+        &self,
+        level: Level,
+        bundle: Bundle,
+        shortest_m: f64,
+        purpose: Purpose,
+    ) -> Sum<dyn Near> {
+        let search = |medium: &dyn Medium| self.search_for(medium, bundle, shortest_m, purpose);
+        self.near_those(|medium| medium.lumps() == 0, level, search)
     }
 
     fn near_those(
         &self,
         is_wanted: impl Fn(&dyn Medium) -> bool,
         level: Level,
-        bundle: Bundle,
-        shortest_m: f64,
-        purpose: Purpose,
+        search: impl Fn(&dyn Medium) -> Search,
     ) -> Sum<dyn Near> {
         let wanted = self.each().filter(|(_, medium)| is_wanted(*medium));
-        let near = |(group, medium): (usize, &dyn Medium)| {
-            let search = self.search_for(medium, bundle, shortest_m, purpose);
-            (group, medium.near(level, &search))
-        };
+        let near =
+            |(group, medium): (usize, &dyn Medium)| (group, medium.near(level, &search(medium)));
         Sum(wanted.map(near).collect())
     }
 
-    /// What is looked for of one medium around a bundle, beside all others.
+    /// What is looked for of one medium around a bundle of view rays, beside all others.
     pub fn search_for(
         &self,
         medium: &dyn Medium,
@@ -202,7 +215,7 @@ impl Field {
         };
         let others = self.each().filter(|(_, other)| !std::ptr::addr_eq(*other, medium));
         let sure = total(others.map(|(_, other)| other.least(along)));
-        Search { bundle, shortest_m, purpose, sure }
+        Search { bundle, shortest_m, purpose, legs: Legs::OfEyes, sure }
     }
 
     /// What is smooth, for rays from an origin.

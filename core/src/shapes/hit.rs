@@ -8,7 +8,7 @@ use glam::DVec3;
 pub struct Hit {
     /// Distance along the ray [m].
     pub distance: f64,
-    /// Unit normal, towards the ray's origin.
+    /// Unit normal, on the side of the surface that the ray comes from.
     pub normal: DVec3,
     /// Place among the scene's surfaces.
     pub surface: u32,
@@ -51,7 +51,7 @@ impl Geometry {
                 keep(self.meet(solid, &ray), &mut limit);
             }
         }
-        best.map(|hit| hit.facing(direction))
+        best
     }
 
     fn meet(&self, solid: &Solid, ray: &Ray) -> Option<Hit> {
@@ -74,10 +74,10 @@ impl Geometry {
         let face = (b - a).cross(c - a);
         let distance = a.dot(face) / d.dot(face);
         let normal = match self.smooth.get(triangle.smooth as usize) {
-            None => face,
+            None => toward(d, face, face),
             Some(normals) => {
                 let [na, nb, nc] = normals.map(|n| n.as_dvec3());
-                (u * na + v * nb + w * nc) / sum
+                toward(d, face, (u * na + v * nb + w * nc) / sum)
             }
         };
         let hit = Hit { distance, normal: normal.normalize_or_zero(), surface: triangle.surface };
@@ -85,18 +85,19 @@ impl Geometry {
     }
 }
 
-impl Hit {
-    fn facing(self, direction: DVec3) -> Self {
-        let normal = if self.normal.dot(direction) > 0.0 { -self.normal } else { self.normal };
-        Self { normal, ..self }
-    }
+/// A normal, on the side that the ray comes from. A smooth one belongs to the side of its face, and at a silhouette may
+/// look a little away from the eye.
+fn toward(direction: DVec3, face: DVec3, normal: DVec3) -> DVec3 {
+    let is_behind = (face.dot(direction) > 0.0) != (face.dot(normal) < 0.0);
+    if is_behind { -normal } else { normal }
 }
 
 impl Plane {
     fn meet(&self, ray: &Ray) -> Option<Hit> {
         let speed = self.normal.dot(ray.direction);
         let distance = self.normal.dot(self.point - ray.origin) / speed;
-        let hit = Hit { distance, normal: self.normal, surface: self.surface };
+        let normal = toward(ray.direction, self.normal, self.normal);
+        let hit = Hit { distance, normal, surface: self.surface };
         (speed != 0.0 && distance > 0.0).then_some(hit)
     }
 }
@@ -110,6 +111,7 @@ impl Sphere {
         let half = (half2 >= 0.0).then(|| half2.sqrt())?;
         let distance = nearest([along - half, along + half])?;
         let normal = (distance * ray.direction - to) / radius;
+        let normal = toward(ray.direction, normal, normal);
         Some(Hit { distance, normal, surface: self.surface })
     }
 }
@@ -124,7 +126,8 @@ impl Cuboid {
         let at = (ray.origin + distance * ray.direction - middle) / half;
         let axis = usize::from(at.y.abs() > at.x.abs());
         let axis = if at.z.abs() > at[axis].abs() { 2 } else { axis };
-        Some(Hit { distance, normal: DVec3::AXES[axis], surface })
+        let normal = toward(ray.direction, DVec3::AXES[axis], DVec3::AXES[axis]);
+        Some(Hit { distance, normal, surface })
     }
 }
 
@@ -179,6 +182,25 @@ mod tests {
         assert!((outside.distance - 4.0).abs() < 1e-9 && outside.normal == DVec3::Z);
         let inside = geometry.first_hit(DVec3::ZERO, DVec3::X, 1e4).unwrap();
         assert!((inside.distance - 1.0).abs() < 1e-9 && inside.normal == DVec3::NEG_X);
+    }
+
+    /// A smooth normal belongs to the side of its face: where it looks away from a ray that sees that side it stays, from
+    /// behind it turns, whichever way round the corners are named.
+    #[test]
+    fn a_smooth_normal_stays_on_its_side() {
+        for indices in ["[0, 1, 2]", "[0, 2, 1]"] {
+            let geometry = geometry(&format!(
+                r#"[{{"shape": {{"kind": "mesh", "positions": [[-1, -1, 0], [1, -1, 0], [0, 1, 0]],
+                    "indices": [{indices}], "normals": [[0.9, 0, 0.4], [0.9, 0, 0.4], [0.9, 0, 0.4]]}}}}]"#
+            ));
+            let normal = DVec3::new(0.9, 0.0, 0.4).normalize();
+            for (from, wanted) in
+                [(DVec3::new(-5.0, 0.0, 1.0), normal), (DVec3::new(5.0, 0.0, -1.0), -normal)]
+            {
+                let hit = geometry.first_hit(from, -from.normalize(), 1e4).unwrap();
+                assert!((hit.normal - wanted).length() < 1e-6, "{from}: {}", hit.normal);
+            }
+        }
     }
 
     /// Nested boxes, in whatever order: a ray meets the outermost one, from wherever it comes.

@@ -1,9 +1,11 @@
 //! Shapes ready for rays: a bounding volume hierarchy over triangles, spheres and boxes, and the
 //! infinite planes beside it.
 
+mod corners;
 mod hit;
 mod mesh;
 
+pub use corners::Corners;
 pub use hit::Hit;
 pub use mesh::Triangle;
 
@@ -11,6 +13,7 @@ use crate::geometry::hierarchy::{Bounds, Hierarchy};
 use crate::progress::{Interrupted, Progress};
 use crate::scene::{Material, Shape, Surface};
 use glam::{DVec3, Vec3};
+use std::sync::OnceLock;
 
 /// What a step in the hierarchy costs, in solids that are met: rays of pictures meet many triangles at once, which
 /// are read faster in a row than boxes here and there.
@@ -82,6 +85,8 @@ pub struct Geometry {
     pub hierarchy: Hierarchy,
     /// Materials, by place among the scene's surfaces.
     pub materials: Vec<Material>,
+    /// Corners of triangles, each once, from the first time that they are asked for.
+    corners: OnceLock<Corners>,
 }
 
 impl std::fmt::Debug for Geometry {
@@ -114,12 +119,18 @@ impl Geometry {
     /// Bytes that it takes, near enough.
     pub fn bytes(&self) -> usize {
         size_of_val(self.triangles.as_slice())
+            + self.triangles.len() * Corners::BYTES
             + size_of_val(self.smooth.as_slice())
             + size_of_val(self.spheres.as_slice())
             + size_of_val(self.cuboids.as_slice())
             + size_of_val(self.solids.as_slice())
             + size_of_val(self.materials.as_slice())
             + self.hierarchy.bytes()
+    }
+
+    /// Corners of triangles, each once.
+    pub fn corners(&self) -> &Corners {
+        self.corners.get_or_init(|| Corners::new(&self.triangles))
     }
 
     fn add(&mut self, shape: &Shape, surface: u32) {

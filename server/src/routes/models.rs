@@ -9,6 +9,7 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use fogbank_core::airlight::about::{About, Exactness, MeasuredError};
 use fogbank_core::media::KINDS;
+use fogbank_core::options::{LOSSES, Loss, Options};
 use fogbank_core::scene::tagged::Tagged;
 use fogbank_core::scene::{self, Airlight, Phase, Scene, SurfaceLighting, Term};
 use schemars::generate::SchemaSettings;
@@ -22,6 +23,23 @@ use std::sync::LazyLock;
 struct Models {
     /// Media, airlight and surface lighting, in this order.
     models: Vec<Model>,
+    /// What a render may lose for speed.
+    options: Vec<OptionOfRender>,
+}
+
+/// What a render may lose for speed, and how much that is.
+#[derive(Serialize, JsonSchema)]
+struct OptionOfRender {
+    /// Its name in `options`.
+    name: &'static str,
+    /// Where it was published.
+    source: &'static str,
+    /// What it is.
+    summary: String,
+    /// By how much pictures are off, as measured.
+    measured_error: String,
+    /// JSON schema of its value.
+    schema: Value,
 }
 
 /// A medium, or a way to compute light in it.
@@ -132,7 +150,7 @@ fn percent(share: f64) -> String {
 }
 
 static MODELS: LazyLock<Fixed> = LazyLock::new(|| {
-    let models = Models { models: all().into_iter().flatten().collect() };
+    let models = Models { models: all().into_iter().flatten().collect(), options: options() };
     Fixed::new(JSON, serde_json::to_vec(&models).unwrap_or_default())
 });
 
@@ -154,6 +172,31 @@ fn all() -> Vec<Result<Model, String>> {
     let surface = variants::<SurfaceLighting>().into_iter();
     let surface = surface.map(|schema| model(Kind::SurfaceLighting, schema));
     media.chain(airlight).chain(surface).collect()
+}
+
+/// Every option of a render.
+fn options() -> Vec<OptionOfRender> {
+    let schema = SchemaGenerator::default().into_root_schema_for::<Options>().to_value();
+    let option = |Loss { name, source, bound, measured }: &Loss| {
+        let schema = schema["properties"][*name].clone();
+        let at = |(value, errors): &(f64, [f64; 3])| {
+            let [median, p95, max] = errors.map(percent);
+            format!("at {value} median {median}, p95 {p95}, largest {max}")
+        };
+        let all: Vec<_> = measured.iter().map(at).collect();
+        let measured = match all.as_slice() {
+            [] => String::new(),
+            all => format!("Of all light, over the presets: {}.", all.join("; ")),
+        };
+        OptionOfRender {
+            name,
+            source,
+            summary: schema["description"].as_str().unwrap_or_default().to_owned(),
+            measured_error: [*bound, &measured].join(" ").trim().to_owned(),
+            schema,
+        }
+    };
+    LOSSES.iter().map(option).collect()
 }
 
 /// The self-contained schemas of a union's variants.
@@ -246,6 +289,22 @@ mod tests {
         let auto = find(Kind::Airlight, "auto").measured_error;
         let all = ["median", "p95", "largest", " %"];
         assert!(all.iter().all(|word| auto.contains(word)), "{auto}");
+    }
+
+    #[test]
+    fn every_option_of_a_render_is_stated() {
+        let schema = SchemaGenerator::default().into_root_schema_for::<Options>().to_value();
+        let stated: Vec<_> = options().into_iter().map(|option| option.name).collect();
+        let properties = schema["properties"].as_object().unwrap();
+        assert_eq!(stated.len(), properties.len());
+        assert!(stated.iter().all(|name| properties.contains_key(*name)));
+        for option in options() {
+            assert!(
+                !option.summary.is_empty() && !option.measured_error.is_empty(),
+                "{}",
+                option.name
+            );
+        }
     }
 
     #[test]

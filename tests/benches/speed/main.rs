@@ -12,6 +12,7 @@ mod growth;
 mod maps;
 mod peak;
 mod presets;
+mod pruning;
 mod truth;
 
 fn main() {
@@ -32,10 +33,12 @@ fn main() {
     if only.as_deref() == Some("maps") {
         maps::print(&machine);
         families::print(&machine);
+        pruning::print();
     }
     if only.is_none() {
         growth::print();
         maps::print(&machine);
         families::print(&machine);
+        pruning::print();
     }
 }

@@ -2,7 +2,7 @@
 
 use super::peak::Machine;
 use fogbank_core::media::{Field, Moment};
-use fogbank_core::request::{Layer, Quality, View};
+use fogbank_core::request::{Layer, Options, Quality, View};
 use fogbank_core::scene::{Fog, read};
 use fogbank_core::{Frame, Progress, Renderer};
 use fogbank_tests::scenes::{Random, scene, view};
@@ -114,9 +114,14 @@ fn mean_crossed(side: usize) -> f64 {
 
 /// What the fog's pass takes, the best of some pictures, and one of them.
 pub fn measure(json: &Value, size: [u32; 2]) -> (f64, Frame) {
+    measure_with(Options::default(), json, size)
+}
+
+/// The same of pictures that may lose something.
+pub fn measure_with(options: Options, json: &Value, size: [u32; 2]) -> (f64, Frame) {
     let renderer = Renderer::default();
     let asked = view(size[0], size[1], Layer::Transmittance, Quality::Full);
-    let asked = View { samples: Some(1), ..asked };
+    let asked = View { samples: Some(1), options, ..asked };
     let mut best = f64::INFINITY;
     let mut json = json.clone();
     let since = Instant::now();

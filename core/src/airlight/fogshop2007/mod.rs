@@ -24,7 +24,7 @@ use super::about::{About, Exactness, PICTURES, Takes};
 use super::sun2005;
 use crate::geometry::Ray;
 use crate::light::{Source, least_distance};
-use crate::media::gaussians::{Gaussian, Seen};
+use crate::media::gaussians::{Draw, Gaussian, Seen};
 use crate::media::{Field, Medium, Term};
 use crate::num::Num;
 use crate::progress::{Interrupted, Progress};
@@ -39,7 +39,7 @@ pub const ABOUT: About = About {
         approximation of single scattering in a sum of Gaussians.",
     takes: Some(Takes {
         name: "fogshop2007",
-        what: "homogeneous fog, gaussians and emitters",
+        what: "homogeneous fog, gaussians and emitters, none of them drawn as slabs",
         term: takes,
         several: false,
     }),
@@ -48,7 +48,11 @@ pub const ABOUT: About = About {
 
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
-    sun2005::takes(term) || matches!(term, Term::Gaussians(_) | Term::Emitter(_))
+    match term {
+        Term::Gaussians(term) => term.draw == Draw::Gaussian,
+        Term::Emitter(term) => term.draw == Draw::Gaussian,
+        _ => sun2005::takes(term),
+    }
 }
 
 /// The blobs of a fog that this method takes.

@@ -84,6 +84,8 @@ struct Tracer<'a> {
     sides: Sides,
     /// Places among the targets of the block's tiles, row by row; of tiles without rays, none.
     tiles: [usize; ACROSS * ACROSS],
+    /// Whether triangles that are hit are told.
+    tells_triangles: bool,
     progress: &'a Progress,
 }
 
@@ -97,7 +99,8 @@ impl<'a> Tracer<'a> {
         for (place, Cast { tile, .. }) in casts.iter().enumerate() {
             tiles[(tile.y - block.y) / TILE * ACROSS + (tile.x - block.x) / TILE] = place;
         }
-        Self { geometry, viewpoint, anchor, screen, sides, tiles, progress: context.job.progress }
+        let (tells_triangles, progress) = (context.is_per_vertex(), context.job.progress);
+        Self { geometry, viewpoint, anchor, screen, sides, tiles, tells_triangles, progress }
     }
 
     /// Where the rays of all tiles end, in one walk, which a job that is over leaves early.

@@ -2,7 +2,7 @@
 
 use super::best::Best;
 use super::{CUBOID, KIND, SPHERE, TRIANGLE, Tracer};
-use crate::geometry::batch::{Hits, NOTHING, Rays, load3};
+use crate::geometry::batch::{Hits, NOTHING, OnTriangles, Rays, load3};
 use crate::num::{Lanes, Num};
 use crate::shapes::{Cuboid, Triangle};
 use crate::vector::V3;
@@ -14,10 +14,14 @@ impl Tracer<'_> {
     pub fn resolve<S: Simd>(&self, simd: S, rays: &Rays, best: &Best) -> Box<Hits> {
         let mut hits = Box::<Hits>::default();
         hits.length = best.length;
+        // The kind of triangles is 0: all other ids are larger than any of theirs.
+        let on_triangles = || OnTriangles { place: best.id, shares: [best.u, best.v] };
+        hits.triangles = self.tells_triangles.then(|| Box::new(on_triangles()));
         for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
             let ids = S::u32s::from_slice(simd, &best.id[at..at + Lanes::<S>::COUNT]);
             let zero = Lanes::splat(simd, 0.0);
             let mut normal = V3::new(zero, zero, zero);
+            let mut face = normal;
             let mut surface = S::u32s::splat(simd, NOTHING);
             // One after the other what any of these rays hit: neighbours mostly hit the same.
             let mut open = !ids.simd_eq(S::u32s::splat(simd, NOTHING));
@@ -25,13 +29,14 @@ impl Tracer<'_> {
                 let first = open.to_bitmask().trailing_zeros() as usize;
                 let id = best.id[at + first];
                 let same = ids.simd_eq(S::u32s::splat(simd, id));
-                let (its_normal, its_surface) = self.normal(simd, id, (rays, best), at);
+                let ([its_normal, its_face], its_surface) = self.normal(simd, id, (rays, best), at);
                 normal = V3::select(same, its_normal, normal);
+                face = V3::select(same, its_face, face);
                 surface = same.select(S::u32s::splat(simd, its_surface), surface);
                 open &= !same;
             }
             let [x, y, z] = &mut hits.normal;
-            let facing = facing(normal, load3(simd, &rays.direction, at));
+            let facing = facing(normal, face, load3(simd, &rays.direction, at));
             facing.x.store(&mut x[at..]);
             facing.y.store(&mut y[at..]);
             facing.z.store(&mut z[at..]);
@@ -40,7 +45,7 @@ impl Tracer<'_> {
         hits
     }
 
-    /// Normals, of any length, of what rays hit, and its surface.
+    /// Normals of what rays hit, and those of its face, of any length; and its surface.
     #[inline(always)]
     fn normal<S: Simd>(
         &self,
@@ -48,13 +53,14 @@ impl Tracer<'_> {
         id: u32,
         (rays, best): (&Rays, &Best),
         at: usize,
-    ) -> (V3<Lanes<S>>, u32) {
+    ) -> ([V3<Lanes<S>>; 2], u32) {
         let place = (id & !KIND) as usize;
-        match id & KIND {
+        let (normal, surface) = match id & KIND {
             TRIANGLE => {
                 let triangle = &self.geometry.triangles[place];
                 let weights = (Lanes::load(simd, &best.u[at..]), Lanes::load(simd, &best.v[at..]));
-                (self.of_triangle(simd, triangle, weights), triangle.surface)
+                let face = V3::splat(simd, triangle.face().to_array());
+                return ([self.of_triangle(simd, triangle, weights), face], triangle.surface);
             }
             SPHERE => {
                 let sphere = &self.geometry.spheres[place];
@@ -69,7 +75,8 @@ impl Tracer<'_> {
                 let plane = &self.geometry.planes[place];
                 (V3::splat(simd, plane.normal.as_vec3().to_array()), plane.surface)
             }
-        }
+        };
+        ([normal; 2], surface)
     }
 
     /// Where rays end, relative to the anchor.
@@ -112,11 +119,13 @@ fn of_cuboid<S: Simd>(simd: S, cuboid: &Cuboid, point: V3<Lanes<S>>) -> V3<Lanes
     V3::select(is_z, V3::new(zero, zero, one), flat)
 }
 
-/// Normals turned towards the eye, of unit length; what is zero remains so.
+/// Normals on the side that rays come from, of unit length; what is zero remains so. A smooth one belongs to the side
+/// of its face, and at a silhouette may look a little away from the eye.
 #[inline(always)]
-fn facing<S: Simd>(normal: V3<Lanes<S>>, ray: V3<Lanes<S>>) -> V3<Lanes<S>> {
+fn facing<S: Simd>(normal: V3<Lanes<S>>, face: V3<Lanes<S>>, ray: V3<Lanes<S>>) -> V3<Lanes<S>> {
     let zero = ray.x.lit(0.0);
-    let along = normal.plain_dot(ray);
+    let along = face.plain_dot(ray);
+    let along = Lanes::select(face.plain_dot(normal).lt(zero), -along, along);
     let square = normal.plain_dot(normal);
     let inverse = zero.lit(1.0) / square.sqrt();
     let inverse = Lanes::select(zero.lt(along), -inverse, inverse);

@@ -5,6 +5,9 @@ use crate::airlight::Method;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::Failure;
 use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
+use crate::gpu::layout::{self, Bend};
+use crate::media::noise;
+use wgpu::BufferUsages;
 
 impl Recorder<'_> {
     /// What stands in closed form; clears the fog's target.
@@ -39,8 +42,12 @@ impl Recorder<'_> {
         if self.context.field.lumps() == 0 {
             return Ok(());
         }
-        let is_lit = self.context.method == Method::Fogshop2007 && self.context.shows_airlight();
-        let defines: &[&str] = if is_lit { &["AIRLIGHT_FOGSHOP2007"] } else { &[] };
+        let defines: &[&str] = match self.context.method {
+            _ if !self.context.shows_airlight() => &[],
+            Method::Fogshop2007 => &["AIRLIGHT_FOGSHOP2007"],
+            Method::Macklin2010 => &["AIRLIGHT_MACKLIN2010"],
+            _ => &[],
+        };
         self.blob_tiles(defines)
     }
 
@@ -73,6 +80,33 @@ impl Recorder<'_> {
                 self.kept.push(span);
             }
         }
+        Ok(())
+    }
+
+    /// Bends view rays before blobs.
+    pub fn bend(&mut self, noise: &noise::Bend) -> Result<(), Failure> {
+        let device = &self.gpu.device;
+        let Some(fogged) = &self.targets.computed else { return Ok(()) };
+        let moved = noise.in_lattice(self.context.viewpoint.position).as_vec3();
+        let [strength, rate] = noise.scale().map(|v| v as f32);
+        let bend = Bend { moved, rate, strength, reach: noise.reach() as f32 };
+        let bend = device.filled(&layout::one(&bend), BufferUsages::UNIFORM)?;
+        let gradients = noise.gradients().iter().flatten().map(|own| own.as_vec3().extend(0.0));
+        let gradients = layout::list(gradients.collect());
+        let gradients = device.filled(&gradients, BufferUsages::STORAGE)?;
+        let pipeline = self.pipeline(Pass::Bend, &[])?;
+        let entries = [
+            all(0, &self.view),
+            texture(1, &self.targets.hits),
+            all(2, &self.lists.blobs),
+            all(3, fogged),
+            texture(4, &self.targets.fog),
+            all(5, &bend),
+            all(6, &gradients),
+        ];
+        let bind = pipeline.bind(device, &entries);
+        self.dispatch("noise", &pipeline, &bind, self.context.grid);
+        self.kept.extend([bend, gradients]);
         Ok(())
     }
 }

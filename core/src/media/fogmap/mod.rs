@@ -191,6 +191,8 @@ struct Placed {
     /// Where the map's origin is [m].
     origin: [f64; 2],
     profile: Profile,
+    /// Optical depth behind which nothing is asked.
+    enough: f64,
 }
 
 impl Placed {
@@ -205,6 +207,7 @@ impl Placed {
             scale: term.scale.channels()[channel],
             origin: [term.origin[0] + shift.x, term.origin[1] + shift.z],
             profile: term.vertical.profile().seen_from(-shift.y),
+            enough: f64::INFINITY,
         }
     }
 
@@ -224,7 +227,13 @@ impl Placed {
 
     #[inline(always)]
     fn mean<N: Num>(&self, a: V3<N>, b: V3<N>) -> N {
-        self.whole.mean(&self.way(&self.whole, a, b), self.profile) * a.x.lit(self.scale)
+        let enough = if self.enough.is_finite() {
+            let length = (b - a).length_squared().sqrt().max(a.x.lit(f64::MIN_POSITIVE));
+            a.x.lit(self.enough / self.scale) / length
+        } else {
+            a.x.lit(f64::INFINITY)
+        };
+        self.whole.mean(&self.way(&self.whole, a, b), self.profile, enough) * a.x.lit(self.scale)
     }
 
     /// T from a point to beyond everything: to where its way leaves the map or its heights.
@@ -263,7 +272,9 @@ impl Placed {
         let mut sum = a.x.lit(0.0);
         for (plane, share) in self.layers.iter() {
             let way = self.way(plane, a, b).first(*share);
-            sum = plane.mean(&way, self.profile).mul_add(sum.lit(*share), sum);
+            // Of details below 0 no sum is ever enough.
+            let mean = plane.mean(&way, self.profile, sum.lit(f64::INFINITY));
+            sum = mean.mul_add(sum.lit(*share), sum);
         }
         sum.max(sum.lit(0.0)) * sum.lit(self.scale)
     }
@@ -332,6 +343,11 @@ impl Closed for Fogmaps {
     fn whole(&self) -> Self {
         let whole = |map: &Placed| Placed { layers: Arc::default(), ..map.clone() };
         Self(self.0.iter().map(whole).collect())
+    }
+
+    fn until(&self, depth: f64) -> Self {
+        let until = |map: &Placed| Placed { enough: depth, ..map.clone() };
+        Self(self.0.iter().map(until).collect())
     }
 
     fn count(&self) -> usize {
@@ -441,7 +457,7 @@ impl Closed for Fogmaps {
     }
 
     fn size(&self) -> usize {
-        let bytes = |plane: &Plane| 10 * plane.values.len();
+        let bytes = |plane: &Plane| 10 * plane.size[0] * plane.size[1];
         let of_map = |map: &Placed| {
             bytes(&map.whole) + map.layers.iter().map(|(plane, _)| bytes(plane)).sum::<usize>()
         };
@@ -458,7 +474,7 @@ impl Placed {
     /// A plane as the shader reads it: its coefficients go to a list of their own.
     fn words(&self, plane: &Plane, seen: f32, share: f64, numbers: &mut Vec<f32>) -> Words {
         let first = numbers.len() as f32;
-        numbers.extend(plane.values.iter().map(|value| *value as f32));
+        numbers.extend(plane.values().map(|value| value as f32));
         let start = [0, 1].map(|k| (self.origin[k] + plane.start[k]) as f32);
         let [columns, rows] = plane.size.map(|size| size as f32);
         let profile = self.profile.row(self.scale);

@@ -16,16 +16,22 @@ use std::sync::LazyLock;
 /// Cells along the side of a square that is skipped as one.
 const SQUARE: usize = 16;
 
-/// Gauss rules on [0, 1] that integrate the polynomials of each degree along a way exactly, and one for such with an
-/// exponential as a factor: to rounding while that falls by e⁴.
-static RULES: LazyLock<[Vec<(f64, f64)>; 4]> = LazyLock::new(|| {
-    [1, 2, 3, 8].map(|count| {
-        let (nodes, weights) = gauss_legendre(count);
-        nodes.into_iter().zip(weights).collect()
-    })
+/// Gauss's rules on [0, 1], nodes and weights, that integrate the polynomial of a cell exactly along a way: one of as many
+/// nodes as degrees, and one.
+const RULES: [&[(f64, f64)]; 3] = [
+    &[(0.5, 1.0)],
+    &[(0.211_324_865_405_187_13, 0.5), (0.788_675_134_594_812_9, 0.5)],
+    &[
+        (0.112_701_665_379_258_3, 5.0 / 18.0),
+        (0.5, 4.0 / 9.0),
+        (0.887_298_334_620_741_7, 5.0 / 18.0),
+    ],
+];
+/// One for such with an exponential as a factor: to rounding while that falls by e⁴.
+static WITH_EXPONENTIAL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
+    let (nodes, weights) = gauss_legendre(8);
+    nodes.into_iter().zip(weights).collect()
 });
-/// Which of them is the last.
-const WITH_EXPONENTIAL: usize = 3;
 
 /// A plane of B-splines, in cells from its first coefficient on.
 #[derive(Debug, PartialEq)]
@@ -36,7 +42,8 @@ pub struct Plane {
     pub cell_m: f64,
     /// Columns and rows of coefficients.
     pub size: [usize; 2],
-    pub values: Vec<f64>,
+    /// With as many zeros around them as the degree says: no cell asks for more.
+    padded: Vec<f64>,
     /// Which cells hold any, and which squares of cells.
     filled: Vec<bool>,
     squares: Vec<bool>,
@@ -67,7 +74,7 @@ impl Plane {
             start,
             cell_m,
             size: grid.size,
-            values: grid.values.clone(),
+            padded: padded(grid, degree),
             filled: vec![false; cells[0] * cells[1]],
             squares: vec![false; cells[0].div_ceil(SQUARE) * cells[1].div_ceil(SQUARE)],
         };
@@ -89,14 +96,16 @@ impl Plane {
         self.size.map(|size| size + self.degree)
     }
 
-    /// The largest coefficient; no place has more.
-    pub fn most(&self) -> f64 {
-        self.values.iter().copied().fold(0.0, f64::max)
+    /// The coefficients, row by row.
+    pub fn values(&self) -> impl Iterator<Item = f64> {
+        let ([columns, rows], edge) = (self.size, self.degree);
+        let lines = self.padded.chunks(columns + 2 * edge).skip(edge).take(rows);
+        lines.flat_map(move |line| line[edge..edge + columns].iter().copied())
     }
 
-    fn coefficient(&self, i: usize, j: usize) -> f64 {
-        let [columns, rows] = self.size;
-        if i < columns && j < rows { self.values[j * columns + i] } else { 0.0 }
+    /// The largest coefficient; no place has more.
+    pub fn most(&self) -> f64 {
+        self.values().fold(0.0, f64::max)
     }
 
     /// At a place in cells.
@@ -106,45 +115,63 @@ impl Plane {
             return 0.0;
         }
         let [i, j] = [u as usize, w as usize];
-        self.around(i, j).at(u - i as f64, w - j as f64)
+        let (u, w) = (u - i as f64, w - j as f64);
+        match self.degree {
+            0 => self.around::<0>(i, j).at(u, w),
+            1 => self.around::<1>(i, j).at(u, w),
+            _ => self.around::<2>(i, j).at(u, w),
+        }
     }
 
     /// What there is in a cell.
     #[inline(always)]
-    fn around(&self, i: usize, j: usize) -> Cell {
-        let d = self.degree;
+    fn around<const D: usize>(&self, i: usize, j: usize) -> Cell<D> {
+        let across = self.size[0] + 2 * D;
         let mut values = [[0.0; 3]; 3];
-        for (b, row) in values.iter_mut().enumerate().take(d + 1) {
-            for (a, value) in row.iter_mut().enumerate().take(d + 1) {
-                if i + a >= d && j + b >= d {
-                    *value = self.coefficient(i + a - d, j + b - d);
-                }
-            }
+        for (b, row) in values.iter_mut().enumerate().take(D + 1) {
+            row[..=D].copy_from_slice(&self.padded[(j + b) * across + i..][..=D]);
         }
-        Cell { degree: d, values }
+        Cell { values }
     }
 
-    /// The mean along a way, times the share at each height.
+    /// The mean along a way, times the share at each height; what has reached `enough` may stay short of it.
     #[inline(always)]
-    pub fn mean<N: Num>(&self, way: &Way<N>, profile: Profile) -> N {
+    pub fn mean<N: Num>(&self, way: &Way<N>, profile: Profile, enough: N) -> N {
+        match self.degree {
+            0 => self.mean_of::<N, 0>(way, profile, enough),
+            1 => self.mean_of::<N, 1>(way, profile, enough),
+            _ => self.mean_of::<N, 2>(way, profile, enough),
+        }
+    }
+
+    #[inline(always)]
+    fn mean_of<N: Num, const D: usize>(&self, way: &Way<N>, profile: Profile, enough: N) -> N {
         let (zero, one) = (way.height.lit(0.0), way.height.lit(1.0));
         match profile {
-            Profile::Uniform => self.between(way, [zero, one], None),
+            Profile::Uniform => self.between::<N, D>(way, [zero, one], None, enough),
             Profile::Slab { min, max } => {
-                self.between(way, heights(way, zero.lit(min), zero.lit(max)), None)
+                let ends = heights(way, zero.lit(min), zero.lit(max));
+                self.between::<N, D>(way, ends, None, enough)
             }
             Profile::Exponential { base, falloff } => {
                 const FAR: f64 = 1e30;
                 let (low, high) = (zero.lit(base), zero.lit(FAR));
-                self.between(way, heights(way, -high, low), None)
-                    + self.between(way, heights(way, low, high), Some([base, falloff]))
+                let falls = Some([base, falloff]);
+                self.between::<N, D>(way, heights(way, -high, low), None, enough)
+                    + self.between::<N, D>(way, heights(way, low, high), falls, enough)
             }
         }
     }
 
     /// Between two shares of the way; a falloff above a height, if there is one.
     #[inline(always)]
-    fn between<N: Num>(&self, way: &Way<N>, ends: [N; 2], falls: Option<[f64; 2]>) -> N {
+    fn between<N: Num, const D: usize>(
+        &self,
+        way: &Way<N>,
+        ends: [N; 2],
+        falls: Option<[f64; 2]>,
+        enough: N,
+    ) -> N {
         let zero = way.height.lit(0.0);
         let mut sum = zero;
         let spans = [0, 1].map(|k| {
@@ -157,9 +184,14 @@ impl Plane {
         let mut step = first;
         while step <= last {
             let square = (step / SQUARE * SQUARE + SQUARE - 1).min(last);
-            if step % SQUARE == 0 && !self.is_filled(way, ends, major, [step, square]) {
-                step = square + 1;
-                continue;
+            if step % SQUARE == 0 {
+                if !N::any(sum.lt(enough)) {
+                    break;
+                }
+                if !self.is_filled(way, ends, major, [step, square]) {
+                    step = square + 1;
+                    continue;
+                }
             }
             let own = cut(way, ends, major, [step as f64, (step + 1) as f64]);
             if N::any(own[0].lt(own[1]))
@@ -169,7 +201,8 @@ impl Plane {
                     let (i, j) = if major == 0 { (step, other) } else { (other, step) };
                     if self.filled[j * cells[0] + i] {
                         let own = cut(way, own, 1 - major, [other as f64, (other + 1) as f64]);
-                        sum += self.around(i, j).along(way, own, [i as f64, j as f64], falls);
+                        let cell = self.around::<D>(i, j);
+                        sum += cell.along(way, own, [i as f64, j as f64], falls);
                     }
                 }
             }
@@ -194,6 +227,16 @@ impl Plane {
             self.squares[j * across + i]
         })
     }
+}
+
+/// A grid's coefficients, with as many zeros around them as the degree says.
+fn padded(grid: &Grid, degree: usize) -> Vec<f64> {
+    let [columns, rows] = grid.size.map(|size| size + 2 * degree);
+    let mut padded = vec![0.0; columns * rows];
+    for (j, line) in grid.values.chunks(grid.size[0]).enumerate() {
+        padded[(j + degree) * columns + degree..][..line.len()].copy_from_slice(line);
+    }
+    padded
 }
 
 /// Between which shares of a way it lies between two heights.
@@ -237,16 +280,15 @@ fn reached<N: Num>(way: &Way<N>, ends: [N; 2], axis: usize, cells: usize) -> Opt
 
 /// The coefficients that count in a cell: of its last column and row, and of as many before as the degree says.
 #[derive(Clone, Copy)]
-struct Cell {
-    degree: usize,
+struct Cell<const D: usize> {
     values: [[f64; 3]; 3],
 }
 
-impl Cell {
+impl<const D: usize> Cell<D> {
     /// At a place of the cell, from 0 to 1.
     #[inline(always)]
     fn at<N: Num>(&self, u: N, w: N) -> N {
-        match self.degree {
+        match D {
             0 => u.lit(self.values[0][0]),
             1 => {
                 let [[a, b, _], [c, d, _], _] = self.values;
@@ -274,7 +316,10 @@ impl Cell {
         falls: Option<[f64; 2]>,
     ) -> N {
         let Some([base, falloff]) = falls else {
-            return self.by_rule(way, [from, to], corner, &RULES[self.degree], None);
+            if D == 0 {
+                return (to - from) * from.lit(self.values[0][0]);
+            }
+            return self.by_rule(way, [from, to], corner, RULES[D], None);
         };
         /// Exponents behind which nothing is left, and what a rule takes.
         const GONE: f64 = 40.0;
@@ -293,7 +338,7 @@ impl Cell {
         while i < parts {
             let here = step.mul_add(zero.lit(i), begin);
             let ends = [here, here + step];
-            sum += self.by_rule(way, ends, corner, &RULES[WITH_EXPONENTIAL], Some([base, falloff]));
+            sum += self.by_rule(way, ends, corner, &WITH_EXPONENTIAL, Some([base, falloff]));
             i += 1.0;
         }
         sum

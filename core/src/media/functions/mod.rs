@@ -4,6 +4,7 @@
 mod bernstein;
 mod cosine;
 mod equipotential;
+mod horner;
 mod member;
 mod monomial;
 mod polynomial;
@@ -410,10 +411,10 @@ impl Closed for Families {
     }
 
     fn size(&self) -> usize {
-        let monomials = self.polynomials.iter().map(Periodic::count).sum::<usize>();
+        let monomials = self.polynomials.iter().map(Periodic::size).sum::<usize>();
         size_of_val(self.waves.as_slice())
             + size_of_val(self.potentials.as_slice())
             + size_of_val(self.polynomials.as_slice())
-            + monomials * size_of::<Monomial>()
+            + monomials
     }
 }

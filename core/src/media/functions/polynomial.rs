@@ -6,6 +6,7 @@
 //! count as often as there are; of several, borders are passed one by one.
 
 use super::bernstein::{centred, least_of};
+use super::horner::Horner;
 use super::member::member;
 use super::monomial::{Monomial, Monomials};
 use crate::media::toward::Toward;
@@ -125,7 +126,7 @@ struct Axis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Periodic {
     /// What is summed up at a place: of u, or of 2u − 1.
-    monomials: Vec<Monomial>,
+    sum: Horner,
     is_centred: bool,
     /// Coefficients of its antiderivative if it has one variable: Σ c u^(i + 1).
     whole: Option<Vec<f64>>,
@@ -165,7 +166,7 @@ impl Periodic {
             whole: whole(&monomials, &from.period_m.0).filter(|_| from.repeat),
             average: monomials.iter().map(Monomial::average).sum(),
             is_centred,
-            monomials: if is_centred { around_middle } else { monomials },
+            sum: Horner::new(if is_centred { &around_middle } else { &monomials }),
             axes: from.period_m.0.map(|period| period.map(axis)),
             repeat: from.repeat,
             rule: nodes.into_iter().zip(weights).collect(),
@@ -193,7 +194,7 @@ impl Periodic {
 
     /// Monomials that it has.
     pub fn count(&self) -> usize {
-        self.monomials.len()
+        self.sum.count()
     }
 
     /// How many periods a way passes; 1 where that takes no time.
@@ -372,13 +373,12 @@ impl Periodic {
     fn value<N: Num>(&self, u: V3<N>) -> N {
         let (one, two) = (u.x.lit(1.0), u.x.lit(2.0));
         let centred = V3::new(u.x.mul_add(two, -one), u.y.mul_add(two, -one), u.z.mul_add(two, -one));
-        let u = if self.is_centred { centred } else { u };
-        let mut sum = u.x.lit(0.0);
-        for Monomial { powers: [p, q, r], coefficient } in &self.monomials {
-            let product = power(u.x, *p) * power(u.y, *q) * power(u.z, *r);
-            sum = product.mul_add(u.x.lit(*coefficient), sum);
-        }
-        sum
+        self.sum.value(if self.is_centred { centred } else { u })
+    }
+
+    /// Bytes that it takes besides its own.
+    pub fn size(&self) -> usize {
+        self.sum.size()
     }
 
     /// As the shader reads it; its monomials stand among the numbers.
@@ -386,15 +386,13 @@ impl Periodic {
         let rate = self.axes.map(|axis| axis.map_or(0.0, |axis| axis.rate as f32));
         let offset = self.axes.map(|axis| axis.map_or(0.5, |axis| axis.offset as f32));
         let first = numbers.len() as f32;
-        for Monomial { powers, coefficient } in &self.monomials {
-            numbers.extend(powers.map(f32::from));
-            numbers.push(*coefficient as f32);
-        }
+        numbers.extend([self.average as f32, self.rule.len() as f32]);
+        numbers.extend(self.sum.words());
         let [least, most] = self.bounds.map(|bound| bound as f32);
         let kind = if self.repeat { 1.0 } else { 5.0 };
         vec![
             Vec3::from(rate).extend(first),
-            Vec3::from(offset).extend(self.monomials.len() as f32),
+            Vec3::from(offset).extend(self.sum.count() as f32),
             Vec4::new(least, most, f32::from(u8::from(self.is_centred)), kind),
         ]
     }
@@ -491,13 +489,4 @@ fn antiderivative<N: Num>(whole: &[f64], u: N) -> N {
         sum = sum.mul_add(u, u.lit(*c));
     }
     sum * u
-}
-
-#[inline(always)]
-fn power<N: Num>(u: N, power: u8) -> N {
-    let mut product = u.lit(1.0);
-    for _ in 0..power {
-        product = product * u;
-    }
-    product
 }

@@ -7,6 +7,7 @@
 //! Valid for any radius and extinction of the scene's limits. Lengths in metres; inside [`Line`]
 //! they are in units of the blob's radius 1/a.
 
+use super::draw::{Draw, gathered_between};
 use super::Blob;
 use crate::geometry::Ray;
 use crate::num::Num;
@@ -25,13 +26,21 @@ pub struct Gaussian {
     pub a: f64,
     /// Extinction c at the centre [1/m].
     pub c: f64,
+    /// Whether view rays see a slab.
+    pub is_slab: bool,
 }
 
 impl Gaussian {
     /// A blob as one channel meets it.
     pub fn new(blob: &Blob, channel: usize) -> Self {
         let c = blob.extinction.channels()[channel];
-        Self { center: blob.center.vector(), a: 1.0 / blob.radius, c }
+        Self { center: blob.center.vector(), a: 1.0 / blob.radius, c, is_slab: false }
+    }
+
+    /// The same, seen so.
+    #[must_use]
+    pub fn drawn(self, draw: Draw) -> Self {
+        Self { is_slab: draw == Draw::Slab, ..self }
     }
 
     /// The same elsewhere.
@@ -55,7 +64,12 @@ impl Gaussian {
         self.seen_from(ray.origin).optical_depth(ray.direction.into(), length_m)
     }
 
-    /// The same, at once 0 where the ray passes so far aside that it gathers less than rounding.
+    /// The same along a view ray.
+    pub fn seen_depth(&self, ray: &Ray, length_m: f64) -> f64 {
+        self.seen_by_eye(ray.origin).optical_depth(ray.direction.into(), length_m)
+    }
+
+    /// That of the field, at once 0 where the ray passes so far aside that it gathers less than rounding.
     pub fn depth_if_near(&self, ray: &Ray, length_m: f64) -> f64 {
         /// In radii, squared: e⁻⁴⁵ is 3e-20.
         const FAR2: f64 = 45.0;
@@ -70,7 +84,12 @@ impl Gaussian {
     /// The blob relative to an origin.
     pub fn seen_from(&self, origin: DVec3) -> Seen<f64> {
         let b = (self.center - origin) * self.a;
-        Seen { b: b.into(), a: self.a, k: self.half_depth() }
+        Seen { b: b.into(), a: self.a, k: self.half_depth(), is_slab: false }
+    }
+
+    /// The same as view rays see it.
+    pub fn seen_by_eye(&self, origin: DVec3) -> Seen<f64> {
+        Seen { is_slab: self.is_slab, ..self.seen_from(origin) }
     }
 
     /// Distance beyond which no segment gathers more than `loss` of optical depth from it [m].
@@ -88,6 +107,8 @@ pub struct Seen<N> {
     pub a: N,
     /// Half depth c√π/(2a).
     pub k: N,
+    /// Whether it is a slab.
+    pub is_slab: bool,
 }
 
 /// A segment relative to a blob, lengths in units of the blob's radius.
@@ -136,6 +157,10 @@ impl<N: Num> Seen<N> {
     #[inline(always)]
     pub fn optical_depth(&self, direction: V3<N>, length: N) -> N {
         let line = self.line(direction, length);
+        if self.is_slab {
+            let gathered = gathered_between([line.start, line.end], self.a * length);
+            return self.k * line.peak * gathered;
+        }
         self.k * line.peak * line.between(self.a * length)
     }
 

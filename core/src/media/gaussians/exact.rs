@@ -1,5 +1,6 @@
 //! Blobs along one ray in f64, to rounding: what does not change along it is formed once.
 
+use super::draw::{HALF_SLAB, gathered};
 use super::{Blobs, ENDS, Gaussian};
 use crate::geometry::{Beyond, Ray};
 use crate::media::{Along, Ways};
@@ -16,8 +17,16 @@ struct MetBlob {
     peak: f64,
     /// Half of T along the whole line.
     half_depth: f64,
-    /// erf at the ray's origin.
+    /// erf at the ray's origin, or what a slab has for it.
     erf_start: f64,
+    is_slab: bool,
+}
+
+impl MetBlob {
+    /// What has been gathered up to a place, in radii from its middle: −1 before all, 1 behind.
+    fn gathered(place: f64, is_slab: bool) -> f64 {
+        if is_slab { gathered(place) } else { libm::erf(place) }
+    }
 }
 
 /// The blobs that a ray meets.
@@ -37,7 +46,9 @@ impl OnRay {
             let miss = to.cross(ray.direction).length() * a;
             let through = (-miss * miss).exp();
             let (peak, half_depth) = (blob.c * through, blob.half_depth() * through);
-            MetBlob { a, at, peak, half_depth, erf_start: libm::erf(-a * at) }
+            let is_slab = blob.is_slab;
+            let erf_start = MetBlob::gathered(-a * at, is_slab);
+            MetBlob { a, at, peak, half_depth, erf_start, is_slab }
         };
         Self { met: blobs.on_ray(ray, length_m).into_iter().map(met).collect(), length_m }
     }
@@ -53,16 +64,20 @@ impl Along for OnRay {
     }
 
     fn beta(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|MetBlob { a, at, peak, .. }| {
+        let blobs = self.met.iter().map(|MetBlob { a, at, peak, half_depth, is_slab, .. }| {
             let s = a * (t - at);
-            peak * (-s * s).exp()
+            match (is_slab, s.abs() < HALF_SLAB) {
+                (false, _) => peak * (-s * s).exp(),
+                (true, true) => half_depth * a / HALF_SLAB,
+                (true, false) => 0.0,
+            }
         });
         blobs.sum()
     }
 
     fn depth(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|MetBlob { a, at, half_depth, erf_start, .. }| {
-            half_depth * (libm::erf(a * (t - at)) - erf_start)
+        let blobs = self.met.iter().map(|MetBlob { a, at, half_depth, erf_start, is_slab, .. }| {
+            half_depth * (MetBlob::gathered(a * (t - at), *is_slab) - erf_start)
         });
         blobs.sum()
     }
@@ -72,6 +87,16 @@ impl Along for OnRay {
         let to = self.met.iter().map(|met| met.at + ENDS / met.a).fold(0.0, f64::max);
         let (from, to) = (from.max(0.0), to.min(self.length_m));
         (from < to).then_some((from, to))
+    }
+
+    fn edges(&self) -> Vec<f64> {
+        /// Of more slabs than this each matters less than quadratures may miss.
+        const MOST: usize = 1024;
+        let slabs = || self.met.iter().filter(|met| met.is_slab);
+        if slabs().count() > MOST {
+            return Vec::new();
+        }
+        slabs().flat_map(|MetBlob { a, at, .. }| [at - HALF_SLAB / a, at + HALF_SLAB / a]).collect()
     }
 
     fn finest_m(&self, from: f64, to: f64) -> f64 {

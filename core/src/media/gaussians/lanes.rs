@@ -1,6 +1,7 @@
 //! Blobs around the rays of a patch, and as a few rays cross them: what does not change along the rays
 //! is formed once, and serves every rule, head and tail.
 
+use super::draw::{HALF_SLAB, gathered, gathered_between};
 use super::list::{BlobList, DENSE, Packed};
 use super::{ENDS, HALF_SQRT_PI, Line};
 use crate::geometry::batch::load3;
@@ -26,6 +27,7 @@ struct PatchBlob {
     a: f32,
     /// Half depth.
     k: f32,
+    is_slab: bool,
 }
 
 impl PatchBlob {
@@ -62,14 +64,8 @@ pub struct PatchBlobs(Vec<PatchBlob>);
 impl PatchBlobs {
     /// All blobs of a list.
     pub fn new(list: &BlobList) -> Self {
-        let packed = [&list.cut, &list.dense, &list.whole].into_iter().flatten();
-        let packed = packed.map(|Packed { b, a, k, .. }| PatchBlob { b: *b, a: *a, k: *k });
-        let opaque = list.opaque.iter().map(|(_, seen)| PatchBlob {
-            b: [seen.b.x as f32, seen.b.y as f32, seen.b.z as f32],
-            a: seen.a as f32,
-            k: seen.k as f32,
-        });
-        Self(packed.chain(opaque).collect())
+        let blob = |Packed { b, a, k, is_slab, .. }| PatchBlob { b, a, k, is_slab };
+        Self(list.each().map(blob).collect())
     }
 }
 
@@ -106,6 +102,7 @@ struct BlobOnRays {
     a: f32,
     /// Whether depths need relative accuracy.
     dense: bool,
+    is_slab: bool,
     /// From where to where it is on any of the rays [m].
     first: f32,
     last: f32,
@@ -166,7 +163,8 @@ fn cross<S: Simd, const PARALLEL: bool>(
 ) -> Vec<BlobOnRays> {
     let mut crossings = Vec::with_capacity(blobs.len());
     for blob in blobs {
-        let (a, dense) = (blob.a, blob.k > DENSE);
+        let (a, is_slab) = (blob.a, blob.is_slab);
+        let dense = blob.k > DENSE && !is_slab;
         let zero = [0.0; PADDED];
         let (mut middle, mut density, mut begins, mut whole) = (zero, zero, zero, zero);
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
@@ -186,7 +184,7 @@ fn cross<S: Simd, const PARALLEL: bool>(
         }
         for at in (0..PADDED).step_by(Lanes::<S>::COUNT) {
             let along = Lanes::load(simd, &middle[at..]);
-            let start = (-along).erf();
+            let start = if is_slab { gathered(-along) } else { (-along).erf() };
             let behind = if dense {
                 Num::erf_difference(-along, along.lit(1e4))
             } else {
@@ -196,9 +194,10 @@ fn cross<S: Simd, const PARALLEL: bool>(
             (Lanes::load(simd, &density[at..]) * behind).store(&mut whole[at..]);
         }
         let [low, high] = Lanes::extremes(simd, &middle);
-        let (first, last) = ((low - ENDS as f32) / a, (high + ENDS as f32) / a);
+        let reach = if is_slab { HALF_SLAB } else { ENDS } as f32;
+        let (first, last) = ((low - reach) / a, (high + reach) / a);
         let most = Lanes::extremes(simd, &whole)[1];
-        crossings.push(BlobOnRays { a, dense, first, last, middle, density, begins, whole, most });
+        crossings.push(BlobOnRays { a, dense, is_slab, first, last, middle, density, begins, whole, most });
     }
     crossings
 }
@@ -227,10 +226,13 @@ fn add_fields<S: Simd>(
             let density = Lanes::load(simd, &blob.density[at..]);
             let begins = Lanes::load(simd, &blob.begins[at..]);
             let core = density * a * a.lit(1.0 / HALF_SQRT_PI);
+            let (flat, half) = (density * a * a.lit(1.0 / HALF_SLAB), a.lit(HALF_SLAB));
             for (j, t) in t.iter().enumerate().take(end).skip(begin) {
                 let t = Lanes::load(simd, &t[at..]);
                 let s = a.mul_add(t, -middle);
-                let gathered = if blob.dense {
+                let gathered = if blob.is_slab {
+                    gathered_between([-middle, s], a * t)
+                } else if blob.dense {
                     let line = Line { start: -middle, end: s, miss2: s, peak: s };
                     line.between(a * t)
                 } else {
@@ -238,7 +240,12 @@ fn add_fields<S: Simd>(
                 };
                 add(simd, density * gathered, &mut depth[j], at);
                 if let Some(beta) = beta.get_mut(j) {
-                    add(simd, core * (-s.squared()).exp(), beta, at);
+                    let own = if blob.is_slab {
+                        Lanes::select(s.abs().lt(half), flat, a.lit(0.0))
+                    } else {
+                        core * (-s.squared()).exp()
+                    };
+                    add(simd, own, beta, at);
                 }
             }
             add(simd, Lanes::load(simd, &blob.whole[at..]), &mut behind[end], at);

@@ -7,7 +7,7 @@ use super::{Blobs, Gaussian, HALF_SQRT_PI, Seen};
 use crate::geometry::batch::{Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::cone::{Cone, ROUNDING};
-use crate::media::{PICTURE_LOSS, Purpose, RELATIVE_LOSS, Search};
+use crate::media::{Legs, PICTURE_LOSS, Purpose, RELATIVE_LOSS, Search};
 use crate::num::{Lanes, Num};
 use crate::progress::Progress;
 use crate::vector::V3;
@@ -38,6 +38,8 @@ pub struct Packed {
     pub k: f32,
     /// Place in the field.
     pub place: u32,
+    /// Whether it is a slab.
+    pub is_slab: bool,
 }
 
 /// The blobs that matter to a bundle of rays.
@@ -47,6 +49,8 @@ pub struct BlobList {
     pub cut: Vec<Packed>,
     /// The dense ones among those, of which the faintest tail still counts.
     pub dense: Vec<Packed>,
+    /// Slabs that some ray may start or end in.
+    pub slabs: Vec<Packed>,
     /// Opaque ones, kept in f64: exponents of that size have no digits to lose.
     pub opaque: Vec<(usize, Seen<f64>)>,
     /// Those that all rays pass from end to end.
@@ -71,7 +75,7 @@ const CLASSES: usize = 64;
 impl BlobList {
     /// Those that matter to what is looked for.
     pub fn new(level: Level, blobs: &Blobs, search: &Search) -> Self {
-        let Search { ref bundle, shortest_m, purpose, mut sure } = *search;
+        let Search { ref bundle, shortest_m, purpose, legs, mut sure } = *search;
         let mut near = Vec::new();
         blobs.picture_tree().visit(bundle, |place| near.push(place as u32));
         let mut weighed = Vec::with_capacity(near.len());
@@ -82,49 +86,73 @@ impl BlobList {
             weighed.extend(places.iter().zip(bounds).filter_map(candidate));
         }
         let loss = match purpose {
-            Purpose::Depth => PICTURE_LOSS.max(RELATIVE_LOSS * sure),
+            Purpose::Depth | Purpose::Sight => PICTURE_LOSS.max(RELATIVE_LOSS * sure),
             Purpose::Airlight => PICTURE_LOSS,
             Purpose::Nodes => {
                 let all: f64 = weighed.iter().map(|c| f64::from(c.most)).sum();
                 PICTURE_LOSS.min(1e-4 * all).max(RELATIVE_LOSS * sure)
             }
         };
-        Self::keep(blobs.all(), bundle.origin, &weighed, loss)
+        Self::keep(blobs.all(), (bundle.origin, legs), &weighed, loss)
+    }
+
+    /// All of them, as kernels read them.
+    pub fn each(&self) -> impl Iterator<Item = Packed> {
+        let lists = [&self.cut, &self.dense, &self.slabs, &self.whole];
+        let opaque = self.opaque.iter().map(|(place, seen)| Packed {
+            b: [seen.b.x as f32, seen.b.y as f32, seen.b.z as f32],
+            a: seen.a as f32,
+            k: seen.k as f32,
+            place: *place as u32,
+            is_slab: seen.is_slab,
+        });
+        lists.into_iter().flatten().copied().chain(opaque)
     }
 
     /// Has all blobs summed up; in parts where they are so many that the job may end meanwhile. The parts
     /// do not depend on how many lights they are summed up for, so neither do the sums.
     pub fn in_parts(&self, progress: &Progress, mut sum: impl FnMut(&Self)) {
         let most = BLOBS_A_LOOK;
-        let lanes = self.cut.len() + self.dense.len() + self.whole.len();
+        let lanes = self.cut.len() + self.dense.len() + self.slabs.len() + self.whole.len();
         if lanes + OPAQUE_COST * self.opaque.len() <= most {
             return sum(self);
         }
         let cut = self.cut.chunks(most).map(|cut| Self { cut: cut.to_vec(), ..Self::default() });
         let dense =
             self.dense.chunks(most).map(|dense| Self { dense: dense.to_vec(), ..Self::default() });
+        let slabs =
+            self.slabs.chunks(most).map(|slabs| Self { slabs: slabs.to_vec(), ..Self::default() });
         let whole =
             self.whole.chunks(most).map(|whole| Self { whole: whole.to_vec(), ..Self::default() });
         let opaque = self.opaque.chunks(most / OPAQUE_COST);
         let opaque = opaque.map(|opaque| Self { opaque: opaque.to_vec(), ..Self::default() });
-        let parts = cut.chain(dense).chain(whole).chain(opaque);
+        let parts = cut.chain(dense).chain(slabs).chain(whole).chain(opaque);
         parts.take_while(|_| !progress.is_over()).for_each(|part| sum(&part));
     }
 
     /// All but the candidates that together stay within `loss`.
-    fn keep(blobs: &[Gaussian], origin: DVec3, candidates: &[Candidate], loss: f64) -> Self {
+    fn keep(
+        blobs: &[Gaussian],
+        (origin, legs): (DVec3, Legs),
+        candidates: &[Candidate],
+        loss: f64,
+    ) -> Self {
         let threshold = threshold(candidates, loss);
         let mut list = Self::default();
         for candidate in candidates.iter().filter(|c| class(c.most, loss) >= threshold) {
             let place = candidate.place as usize;
             let blob = &blobs[place];
-            let packed = pack(blob, candidate.place, origin);
+            let by_eye = legs == Legs::OfEyes;
+            let packed = pack(blob, candidate.place, origin, by_eye);
             if packed.k > OPAQUE {
-                list.opaque.push((place, blob.seen_from(origin)));
+                let seen = if by_eye { blob.seen_by_eye(origin) } else { blob.seen_from(origin) };
+                list.opaque.push((place, seen));
                 continue;
             }
             let part = if candidate.whole {
                 &mut list.whole
+            } else if packed.is_slab {
+                &mut list.slabs
             } else if packed.k > DENSE {
                 &mut list.dense
             } else {
@@ -191,9 +219,10 @@ fn candidate((place, bound): (&u32, f32)) -> Option<Candidate> {
     (most >= NEGLIGIBLE).then_some(Candidate { place: *place, most, whole: bound < 0.0 })
 }
 
-fn pack(blob: &Gaussian, place: u32, origin: DVec3) -> Packed {
+fn pack(blob: &Gaussian, place: u32, origin: DVec3, by_eye: bool) -> Packed {
     let b = ((blob.center - origin) * blob.a).as_vec3().to_array();
-    Packed { b, a: blob.a as f32, k: blob.half_depth() as f32, place }
+    let (a, k) = (blob.a as f32, blob.half_depth() as f32);
+    Packed { b, a, k, place, is_slab: by_eye && blob.is_slab }
 }
 
 /// The binary order of a bound relative to the allowed loss, from 0 up.
@@ -227,7 +256,7 @@ impl Packed {
     ) -> Seen<Lanes<S>> {
         let (a, b) = (Lanes::splat(simd, self.a), V3::splat(simd, self.b));
         let b = if PARALLEL { b - offset.scale(a) } else { b };
-        Seen { b, a, k: Lanes::splat(simd, self.k) }
+        Seen { b, a, k: Lanes::splat(simd, self.k), is_slab: self.is_slab }
     }
 }
 
@@ -249,7 +278,7 @@ pub fn add_depth<S: Simd, const PARALLEL: bool>(
         for blob in &list.cut {
             sum += blob.seen::<S, PARALLEL>(simd, offset).plain_depth(direction, length);
         }
-        for blob in &list.dense {
+        for blob in list.dense.iter().chain(&list.slabs) {
             sum += blob.seen::<S, PARALLEL>(simd, offset).optical_depth(direction, length);
         }
         for blob in &list.whole {

@@ -4,6 +4,7 @@
 //! ray in f64, `list` along a batch, `lanes` along the few rays that stand for a patch.
 
 mod blob;
+pub mod draw;
 mod exact;
 mod lanes;
 mod list;
@@ -12,6 +13,7 @@ mod tree;
 
 use blob::Line;
 pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
+pub use draw::Draw;
 pub use prune::Pruning;
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
 
@@ -65,6 +67,8 @@ pub struct Gaussians {
     #[serde(deserialize_with = "frames")]
     #[schemars(length(min = 1, max = COUNTS.frames))]
     pub frames: Option<Vec<BlobFrame>>,
+    /// How view rays see the blobs.
+    pub draw: Draw,
 }
 
 /// The blobs at a time.
@@ -96,6 +100,7 @@ impl Default for Gaussians {
             wind_response: 1.0,
             blobs: Vec::new(),
             frames: None,
+            draw: Draw::Gaussian,
         }
     }
 }
@@ -230,7 +235,8 @@ impl TermKind for Gaussians {
         for term in terms {
             let shift = moment.shift(term.wind_response);
             let blobs = term.at(moment.time_s);
-            let blobs = blobs.iter().map(|blob| Gaussian::new(blob, channel).moved(shift));
+            let own = |blob| Gaussian::new(blob, channel).moved(shift).drawn(term.draw);
+            let blobs = blobs.iter().map(own);
             all.extend(blobs.filter(|blob| blob.c > 0.0));
         }
         Blobs::new(all)
@@ -328,7 +334,7 @@ impl Medium for Blobs {
     }
 
     fn depth(&self, ray: &Ray, length_m: f64) -> f64 {
-        self.all.iter().map(|blob| blob.depth(ray, length_m)).sum()
+        self.all.iter().map(|blob| blob.seen_depth(ray, length_m)).sum()
     }
 
     fn along(&self, ray: &Ray, length_m: f64) -> Box<dyn Along> {
@@ -359,6 +365,11 @@ impl Medium for Blobs {
 
     fn reach(&self, from: DVec3) -> f64 {
         self.picture_tree().farthest(from)
+    }
+
+    fn is_rippled(&self) -> bool {
+        // Slabs begin and end at once.
+        self.all.iter().any(|blob| blob.is_slab)
     }
 
     fn heaviest(&self) -> f64 {

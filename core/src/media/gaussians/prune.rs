@@ -97,7 +97,7 @@ mod tests {
     /// All numbers together weigh one at every distance, and a step of the camera changes little.
     #[test]
     fn survivors_weigh_as_much_as_all_and_fade() {
-        let blob = Gaussian { center: DVec3::ZERO, a: 1.0, c: 1.0 };
+        let blob = Gaussian { center: DVec3::ZERO, a: 1.0, c: 1.0, is_slab: false };
         for distance in [0.5, 1.0, 1.01, 1.1, 1.5, 4.0, 50.0] {
             let weight = |distance: f64, rank: f64| {
                 Pruning { eye: distance * DVec3::X, start_m: 1.0 }.weight(&blob, rank)
