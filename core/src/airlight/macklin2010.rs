@@ -22,7 +22,7 @@ pub const ABOUT: About = About {
         away.",
     takes: Some(Takes {
         name: "macklin2010",
-        what: "homogeneous fog, and gaussians and emitters drawn as slabs",
+        what: "homogeneous fog, gaussians as slabs and emitters as slabs",
         term: takes,
         several: true,
     }),

@@ -140,7 +140,10 @@ impl TermKind for Emitter {
         "radius": 0.5, "growth": 1.5, "extinction": 0.6, "seed": 7}]"#;
 
     fn what(&self) -> &'static str {
-        "an emitter"
+        match self.draw {
+            Draw::Gaussian => "an emitter",
+            Draw::Slab => "an emitter as slabs",
+        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {

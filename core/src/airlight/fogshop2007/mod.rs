@@ -39,7 +39,7 @@ pub const ABOUT: About = About {
         approximation of single scattering in a sum of Gaussians.",
     takes: Some(Takes {
         name: "fogshop2007",
-        what: "homogeneous fog, gaussians and emitters, none of them drawn as slabs",
+        what: "homogeneous fog, gaussians and emitters",
         term: takes,
         several: false,
     }),

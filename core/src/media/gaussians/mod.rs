@@ -203,7 +203,10 @@ impl TermKind for Gaussians {
         {"center": [0, 0.2, 3], "radius": 2, "extinction": 0.1}]}]"#;
 
     fn what(&self) -> &'static str {
-        "gaussians"
+        match self.draw {
+            Draw::Gaussian => "gaussians",
+            Draw::Slab => "gaussians as slabs",
+        }
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String, _far_m: f64) {
