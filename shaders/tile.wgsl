@@ -5,6 +5,9 @@
 
 #define_import_path fogbank::tile
 
+#import fogbank::view::{View, sample_of}
+#import fogbank::bundle::{Bundle, of_view}
+
 /// Pixels along the side of a tile.
 const SIDE: u32 = 16u;
 /// Pixels of a tile, and invocations of its workgroup.
@@ -41,6 +44,12 @@ fn largest(place: u32, value: vec4<f32>) -> vec4<f32> {
         most = max(most, column[i]);
     }
     return most;
+}
+
+/// The view rays of a tile, no longer than `longest`.
+fn bundle(frame: View, place: vec2<u32>, longest: f32) -> Bundle {
+    let first = place * SIDE;
+    return of_view(frame, sample_of(frame, first), sample_of(frame, first + SIDE - 1u), longest);
 }
 
 /// Empties the mask, before `keep`.

@@ -38,8 +38,7 @@ fn of_blob(blob: gaussians::Blob, ray: view::Ray) -> Crossing {
     let start = -dot(seen.b, ray.direction);
     let aside = cross(seen.b, ray.direction);
     let density = seen.k * num::exp_bounded(-dot(aside, aside));
-    let begins = select(num::erf(start), gaussians::gathered(start), seen.is_slab);
-    return Crossing(seen.a, start, density, begins, seen.k > DENSE, seen.is_slab);
+    return Crossing(seen.a, start, density, num::erf(start), seen.k > DENSE, seen.is_slab);
 }
 
 /// Adds a blob at four places of a ray.

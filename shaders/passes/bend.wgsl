@@ -51,7 +51,7 @@ fn bend_rays(
         length_m = textureLoad(hits, view::pixel_of(frame, pixel), 0).w;
     }
     let longest = tile::largest(place, vec4<f32>(length_m)).x;
-    let seen_by_tile = bundle_of(group.xy, longest);
+    let seen_by_tile = tile::bundle(frame, group.xy, longest);
     var more = 0.0;
     for (var first = 0u; first < frame.blobs; first += tile::CHUNK) {
         cull(first, place, seen_by_tile);
@@ -77,13 +77,6 @@ fn bend_rays(
 /// Light removed along a ray.
 fn removed(depth: f32) -> f32 {
     return HARDLY + num::absorptance(depth);
-}
-
-fn bundle_of(tile_place: vec2<u32>, longest: f32) -> bundle::Bundle {
-    let first = tile_place * tile::SIDE;
-    let low = view::sample_of(frame, first);
-    let high = view::sample_of(frame, first + tile::SIDE - 1u);
-    return bundle::of_view(frame, low, high, longest);
 }
 
 /// Marks the blobs of a chunk that some ray of the tile may be bent into.

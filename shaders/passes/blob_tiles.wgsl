@@ -50,7 +50,7 @@ fn add(
     if longest == 0.0 {
         return;
     }
-    let seen_by_tile = bundle_of(group.xy, longest);
+    let seen_by_tile = tile::bundle(frame, group.xy, longest);
 
     var sum = vec4<f32>(0.0);
     for (var first = part.first; first < part.end; first += tile::CHUNK) {
@@ -75,13 +75,6 @@ fn is_asked_for(pixel: vec2<u32>) -> bool {
 #else
     return view::is_inside(frame, pixel);
 #endif
-}
-
-fn bundle_of(tile_place: vec2<u32>, longest: f32) -> bundle::Bundle {
-    let first = tile_place * tile::SIDE;
-    let low = view::sample_of(frame, first);
-    let high = view::sample_of(frame, first + tile::SIDE - 1u);
-    return bundle::of_view(frame, low, high, longest);
 }
 
 /// Marks the blobs of a chunk that some ray of the tile meets.

@@ -11,7 +11,7 @@ use super::about::{About, Exactness, Takes};
 use super::sun2005;
 use crate::geometry::Ray;
 use crate::light::ToLight;
-use crate::media::gaussians::Draw;
+use crate::media::gaussians::{Draw, draw_of};
 use crate::media::{Field, Term};
 use crate::num::Num;
 use std::f64::consts::PI;
@@ -34,11 +34,7 @@ pub const ABOUT: About = About {
 
 /// Whether it takes a term.
 fn takes(term: &Term) -> bool {
-    match term {
-        Term::Gaussians(term) => term.draw == Draw::Slab,
-        Term::Emitter(term) => term.draw == Draw::Slab,
-        _ => sun2005::takes(term),
-    }
+    sun2005::takes(term) || draw_of(term) == Some(Draw::Slab)
 }
 
 /// L_a per unit of ω·I₀ [1/m²] of a point light along a ray up to `length` [m], in fog of extinction

@@ -4,7 +4,7 @@
 use super::compose::NUMBERS_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
-    self, Anchor, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
+    self, Anchor, Bend, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
 };
 use crate::airlight::fogshop2007::Eye;
 use crate::airlight::{Method, sun2005};
@@ -19,6 +19,7 @@ use crate::geometry::{Beyond, Origin};
 use crate::kept::{Kept, Most, Same};
 use crate::light::{Source, sun};
 use crate::media::gaussians::Gaussian;
+use crate::media::noise;
 use crate::media::{Field, Media, PICTURE_LOSS, Words};
 use crate::phase::PhaseFunction;
 use crate::shapes::Geometry;
@@ -207,8 +208,33 @@ pub struct Lists {
     lit: Arc<Lit>,
     /// Materials, the background behind them.
     pub materials: Arc<Buffer>,
+    /// What bends view rays, where there is noise.
+    pub noise: Option<Noise>,
     /// What the grid reads, in pictures that it serves.
     pub on_grid: Option<OnGrid>,
+}
+
+/// What bends view rays before blobs.
+#[derive(Debug)]
+pub struct Noise {
+    /// Its numbers.
+    pub bend: Buffer,
+    /// Three gradients a place of its lattice.
+    pub gradients: Buffer,
+}
+
+impl Noise {
+    fn new(device: &Device, noise: &noise::Bend, camera: DVec3) -> Result<Self, Failure> {
+        let [strength, rate] = noise.scale().map(|v| v as f32);
+        let moved = noise.in_lattice(camera).as_vec3();
+        let bend = Bend { moved, rate, strength, reach: noise.reach() as f32 };
+        let gradients = noise.gradients().iter().flatten().map(|own| own.as_vec3().extend(0.0));
+        let gradients = layout::list(gradients.collect());
+        Ok(Self {
+            bend: device.filled(&layout::one(&bend), BufferUsages::UNIFORM)?,
+            gradients: device.filled(&gradients, BufferUsages::STORAGE)?,
+        })
+    }
 }
 
 /// What airlight on the grid reads.
@@ -261,6 +287,7 @@ impl Lists {
         let haze = || haze(context).into_iter().map(list).collect();
         let is_mapped = context.method == Method::Auto;
         let lit = lit(device, kept, context, cache)?;
+        let noise = context.noise.as_ref().map(|noise| Noise::new(device, noise, position));
         let on_grid = || OnGrid::new(device, kept, context);
         Ok(Self {
             anchor: device.filled(&layout::one(&Anchor { shift }), BufferUsages::UNIFORM)?,
@@ -275,6 +302,7 @@ impl Lists {
             materials: kept
                 .materials
                 .get(&of_scene, progress, || list(layout::list(materials(context))))?,
+            noise: noise.transpose()?,
             on_grid: context.interpolates().then(on_grid).transpose()?,
         })
     }

@@ -169,9 +169,7 @@ impl<'a> Recorder<'a> {
         if self.context.shows_fog() {
             self.haze()?;
             if self.context.interpolates() { self.grid(is_first) } else { self.blobs() }?;
-            if let Some(noise) = &self.context.noise {
-                self.bend(noise)?;
-            }
+            self.bend()?;
         }
         self.composite(is_first)?;
         self.submit()

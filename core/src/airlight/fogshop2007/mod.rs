@@ -24,7 +24,7 @@ use super::about::{About, Exactness, PICTURES, Takes};
 use super::sun2005;
 use crate::geometry::Ray;
 use crate::light::{Source, least_distance};
-use crate::media::gaussians::{Draw, Gaussian, Seen};
+use crate::media::gaussians::{Draw, Gaussian, Seen, draw_of};
 use crate::media::{Field, Medium, Term};
 use crate::num::Num;
 use crate::progress::{Interrupted, Progress};
@@ -48,11 +48,7 @@ pub const ABOUT: About = About {
 
 /// Whether it takes a term.
 pub fn takes(term: &Term) -> bool {
-    match term {
-        Term::Gaussians(term) => term.draw == Draw::Gaussian,
-        Term::Emitter(term) => term.draw == Draw::Gaussian,
-        _ => sun2005::takes(term),
-    }
+    sun2005::takes(term) || draw_of(term) == Some(Draw::Gaussian)
 }
 
 /// The blobs of a fog that this method takes.

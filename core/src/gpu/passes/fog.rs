@@ -2,12 +2,10 @@
 
 use super::COVER;
 use crate::airlight::Method;
+use crate::gpu::buffers::Noise;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::Failure;
 use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
-use crate::gpu::layout::{self, Bend};
-use crate::media::noise;
-use wgpu::BufferUsages;
 
 impl Recorder<'_> {
     /// What stands in closed form; clears the fog's target.
@@ -83,17 +81,10 @@ impl Recorder<'_> {
         Ok(())
     }
 
-    /// Bends view rays before blobs.
-    pub fn bend(&mut self, noise: &noise::Bend) -> Result<(), Failure> {
-        let device = &self.gpu.device;
+    /// Bends view rays before blobs, where there is noise.
+    pub fn bend(&mut self) -> Result<(), Failure> {
         let Some(fogged) = &self.targets.computed else { return Ok(()) };
-        let moved = noise.in_lattice(self.context.viewpoint.position).as_vec3();
-        let [strength, rate] = noise.scale().map(|v| v as f32);
-        let bend = Bend { moved, rate, strength, reach: noise.reach() as f32 };
-        let bend = device.filled(&layout::one(&bend), BufferUsages::UNIFORM)?;
-        let gradients = noise.gradients().iter().flatten().map(|own| own.as_vec3().extend(0.0));
-        let gradients = layout::list(gradients.collect());
-        let gradients = device.filled(&gradients, BufferUsages::STORAGE)?;
+        let Some(Noise { bend, gradients }) = &self.lists.noise else { return Ok(()) };
         let pipeline = self.pipeline(Pass::Bend, &[])?;
         let entries = [
             all(0, &self.view),
@@ -101,12 +92,11 @@ impl Recorder<'_> {
             all(2, &self.lists.blobs),
             all(3, fogged),
             texture(4, &self.targets.fog),
-            all(5, &bend),
-            all(6, &gradients),
+            all(5, bend),
+            all(6, gradients),
         ];
-        let bind = pipeline.bind(device, &entries);
+        let bind = pipeline.bind(&self.gpu.device, &entries);
         self.dispatch("noise", &pipeline, &bind, self.context.grid);
-        self.kept.extend([bend, gradients]);
         Ok(())
     }
 }

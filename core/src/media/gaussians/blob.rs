@@ -7,8 +7,8 @@
 //! Valid for any radius and extinction of the scene's limits. Lengths in metres; inside [`Line`]
 //! they are in units of the blob's radius 1/a.
 
-use super::draw::{Draw, gathered_between};
 use super::Blob;
+use super::draw::{Draw, HALF_SLAB, Slab, gathered_between};
 use crate::geometry::Ray;
 use crate::num::Num;
 use crate::vector::V3;
@@ -176,5 +176,15 @@ impl<N: Num> Seen<N> {
     pub fn whole_depth(&self, direction: V3<N>) -> N {
         let miss = self.b.cross(direction);
         (self.k + self.k) * (-miss.length_squared()).exp()
+    }
+
+    /// What a ray of that length meets of it as a slab.
+    #[inline(always)]
+    pub fn slab(&self, direction: V3<N>, length: N) -> Slab<N> {
+        let line = self.line(direction, length);
+        let (zero, half) = (length.lit(0.0), length.lit(HALF_SLAB));
+        let end = |side: N| ((side - line.start) / self.a).max(zero).min(length);
+        let beta = self.k * line.peak * self.a * length.lit(1.0 / HALF_SLAB);
+        Slab { beta, ends: [end(-half), end(half)] }
     }
 }

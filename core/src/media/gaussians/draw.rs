@@ -2,9 +2,7 @@
 //! error function. T along the whole ray is the same. A slab is as thick as its Gaussian is wide, in standard
 //! deviations along the ray, and stands across each ray: a look, not a field, so lights go by the Gaussian.
 
-use super::blob::Seen;
 use crate::num::Num;
-use crate::vector::V3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,16 +46,4 @@ pub struct Slab<N> {
     pub beta: N,
     /// Between which ray parameters it stands [m].
     pub ends: [N; 2],
-}
-
-impl<N: Num> Seen<N> {
-    /// What a ray of that length meets of it as a slab.
-    #[inline(always)]
-    pub fn slab(&self, direction: V3<N>, length: N) -> Slab<N> {
-        let line = self.line(direction, length);
-        let (zero, half) = (length.lit(0.0), length.lit(HALF_SLAB));
-        let end = |side: N| ((side - line.start) / self.a).max(zero).min(length);
-        let beta = self.k * line.peak * self.a * length.lit(1.0 / HALF_SLAB);
-        Slab { beta, ends: [end(-half), end(half)] }
-    }
 }

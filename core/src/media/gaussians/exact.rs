@@ -76,9 +76,10 @@ impl Along for OnRay {
     }
 
     fn depth(&self, t: f64) -> f64 {
-        let blobs = self.met.iter().map(|MetBlob { a, at, half_depth, erf_start, is_slab, .. }| {
-            half_depth * (MetBlob::gathered(a * (t - at), *is_slab) - erf_start)
-        });
+        let blobs =
+            self.met.iter().map(|MetBlob { a, at, half_depth, erf_start, is_slab, .. }| {
+                half_depth * (MetBlob::gathered(a * (t - at), *is_slab) - erf_start)
+            });
         blobs.sum()
     }
 

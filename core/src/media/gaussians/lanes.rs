@@ -197,7 +197,18 @@ fn cross<S: Simd, const PARALLEL: bool>(
         let reach = if is_slab { HALF_SLAB } else { ENDS } as f32;
         let (first, last) = ((low - reach) / a, (high + reach) / a);
         let most = Lanes::extremes(simd, &whole)[1];
-        crossings.push(BlobOnRays { a, dense, is_slab, first, last, middle, density, begins, whole, most });
+        crossings.push(BlobOnRays {
+            a,
+            dense,
+            is_slab,
+            first,
+            last,
+            middle,
+            density,
+            begins,
+            whole,
+            most,
+        });
     }
     crossings
 }

@@ -14,23 +14,23 @@ mod tree;
 use blob::Line;
 pub use blob::{Gaussian, HALF_SQRT_PI, Seen};
 pub use draw::Draw;
-pub use prune::Pruning;
 pub use list::{BlobList, ExactRay, Packed, add_depth, not_negative};
+pub use prune::Pruning;
 
+use super::toward::Toward;
 use super::{
-    Along, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, TermKind, Ways,
+    Along, Medium, Moment, Near, Outline, PICTURE_LOSS, Patched, Search, Term, TermKind, Ways,
 };
-use crate::geometry::{Beyond, Origin, Ray};
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
-use super::toward::Toward;
+use crate::geometry::{Beyond, Origin, Ray};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, Vec3, bounded};
 use crate::phase::Phase;
 use crate::progress::Job;
+use exact::EVERYWHERE_M;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
-use exact::EVERYWHERE_M;
 use lanes::PatchBlobs;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -148,7 +148,8 @@ impl Gaussians {
     pub fn at(&self, time_s: f64) -> Cow<'_, [Blob]> {
         let Some(frames) = &self.frames else { return Cow::Borrowed(&self.blobs) };
         let behind = frames.partition_point(|frame| frame.time_s <= time_s);
-        let (Some(before), Some(after)) = (frames.get(behind.max(1) - 1), frames.get(behind)) else {
+        let (Some(before), Some(after)) = (frames.get(behind.max(1) - 1), frames.get(behind))
+        else {
             return Cow::Borrowed(frames.last().map_or(&[], |last| &last.blobs));
         };
         if behind == 0 {
@@ -175,7 +176,8 @@ impl Gaussians {
                 check.refuse(Code::Conflict, || of("time_s"), "times rise from frame to frame");
             }
             if frame.blobs.len() != count {
-                let detail = format!("{} blobs here, {count} in the first frame", frame.blobs.len());
+                let detail =
+                    format!("{} blobs here, {count} in the first frame", frame.blobs.len());
                 check.refuse(Code::Conflict, || of("blobs"), detail);
             }
             for (j, blob) in frame.blobs.iter().enumerate() {
@@ -246,6 +248,15 @@ impl TermKind for Gaussians {
     }
 }
 
+/// How view rays see the blobs of a term, if it has any.
+pub fn draw_of(term: &Term) -> Option<Draw> {
+    match term {
+        Term::Gaussians(term) => Some(term.draw),
+        Term::Emitter(term) => Some(term.draw),
+        _ => None,
+    }
+}
+
 /// Radii from its middle on a ray at which a blob has ended there: exp(−4²) is 1e-7.
 pub const ENDS: f64 = 4.0;
 
@@ -306,7 +317,8 @@ impl Blobs {
 
     /// The blobs that any way from beyond everything to a point between `from` and `to` meets, to rounding.
     fn in_strip(&self, beyond: &Beyond, ends: [DVec3; 2]) -> Vec<Gaussian> {
-        let length = ends.map(|end| self.exact_tree().farthest(end)).into_iter().fold(0.0, f64::max);
+        let length =
+            ends.map(|end| self.exact_tree().farthest(end)).into_iter().fold(0.0, f64::max);
         let mut near = Vec::new();
         if let Some(bundle) = Bundle::around(&ends.map(|end| (end, beyond.toward)), length) {
             self.exact_tree().visit(&bundle, |place| near.push(self.all[place]));

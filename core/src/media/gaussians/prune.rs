@@ -105,7 +105,8 @@ mod tests {
             let ranks = (0..100_000).map(|i| (f64::from(i) + 0.5) / 1e5);
             let mean = ranks.clone().map(|rank| weight(distance, rank)).sum::<f64>() / 1e5;
             assert!((mean - 1.0).abs() < 1e-3, "{distance}: {mean}");
-            let moved = ranks.map(|rank| (weight(distance * 1.001, rank) - weight(distance, rank)).abs());
+            let moved =
+                ranks.map(|rank| (weight(distance * 1.001, rank) - weight(distance, rank)).abs());
             let most = moved.fold(0.0, f64::max) / distance.max(1.0);
             assert!(most < 0.02, "{distance}: {most}");
         }
