@@ -101,7 +101,8 @@ impl Emitter {
         let Moment { time_s, wind } = moment;
         let newest = (time_s * self.rate_hz).floor();
         let count = self.most() as i64 + 1;
-        let ages = (0..count).map(|i| (newest as i64 - i, time_s - (newest - i as f64) / self.rate_hz));
+        let ages =
+            (0..count).map(|i| (newest as i64 - i, time_s - (newest - i as f64) / self.rate_hz));
         let alive = ages.filter(|(_, age)| (0.0..self.lifetime_s).contains(age));
         let particle = |(k, age): (i64, f64)| {
             let share = age / self.lifetime_s;
@@ -161,7 +162,11 @@ impl TermKind for Emitter {
     fn blobs(&self) -> usize {
         // What is out of range is refused by itself.
         let most = self.most();
-        if most.is_finite() && most <= COUNTS.blobs as f64 { most as usize } else { COUNTS.blobs + 1 }
+        if most.is_finite() && most <= COUNTS.blobs as f64 {
+            most as usize
+        } else {
+            COUNTS.blobs + 1
+        }
     }
 
     fn counted_at(&self) -> &'static str {

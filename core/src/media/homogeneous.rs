@@ -2,8 +2,8 @@
 //! with height alone: β(x) = β₀ share(y), T(a, b) = |a − b| times the mean of that between both heights
 //! ([`Profile`]).
 
-use super::vertical::{Profile, Uniform, Vertical};
 use super::closed::{Closed, crossing, hull};
+use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
 use crate::geometry::Beyond;
 use crate::json::{Albedo, Checker, Code, Spectrum, limits};
@@ -191,8 +191,7 @@ impl Closed for Haze {
     }
 
     fn seen_from(&self, origin: DVec3) -> Self {
-        let layer =
-            |layer: &Layer| Layer { profile: layer.profile.seen_from(origin.y), ..*layer };
+        let layer = |layer: &Layer| Layer { profile: layer.profile.seen_from(origin.y), ..*layer };
         Self { uniform: self.uniform, layers: self.layers.iter().map(layer).collect() }
     }
 

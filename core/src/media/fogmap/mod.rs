@@ -115,7 +115,8 @@ impl Fogmap {
             if row.is_empty() {
                 check.refuse(Code::WrongLength, of_row, "a row has at least one coefficient");
             } else if row.len() != columns {
-                let detail = format!("this row has {} coefficients, the first {columns}", row.len());
+                let detail =
+                    format!("this row has {} coefficients, the first {columns}", row.len());
                 check.refuse(Code::Conflict, of_row, detail);
             }
             for (i, value) in row.iter().enumerate() {

@@ -213,7 +213,13 @@ impl Plane {
 
     /// Whether a way may meet any fog in some steps of a square's side.
     #[inline(always)]
-    fn is_filled<N: Num>(&self, way: &Way<N>, ends: [N; 2], major: usize, steps: [usize; 2]) -> bool {
+    fn is_filled<N: Num>(
+        &self,
+        way: &Way<N>,
+        ends: [N; 2],
+        major: usize,
+        steps: [usize; 2],
+    ) -> bool {
         let cells = self.cells();
         let own = cut(way, ends, major, [steps[0] as f64, (steps[1] + 1) as f64]);
         if !N::any(own[0].lt(own[1])) {

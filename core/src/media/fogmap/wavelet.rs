@@ -69,7 +69,12 @@ impl Grid {
     }
 
     /// Of every line along an axis another line: `reach` says from where to where.
-    fn along(&self, axis: usize, [from, to]: [i64; 2], value: impl Fn(i64, &dyn Fn(i64) -> f64) -> f64) -> Self {
+    fn along(
+        &self,
+        axis: usize,
+        [from, to]: [i64; 2],
+        value: impl Fn(i64, &dyn Fn(i64) -> f64) -> f64,
+    ) -> Self {
         let (mut first, mut size) = (self.first, self.size);
         (first[axis], size[axis]) = (from, (to - from) as usize);
         let mut values = Vec::with_capacity(size[0] * size[1]);
@@ -128,8 +133,11 @@ pub fn decompose(map: &Grid, degree: usize, levels: usize) -> (Grid, Vec<Detail>
     let mut details = Vec::with_capacity(levels);
     for _ in 0..levels {
         let [low, high] = [COARSE[degree], FINE[degree]].map(|filter| coarse.halved(0, filter));
-        let parts =
-            [high.halved(1, COARSE[degree]), low.halved(1, FINE[degree]), high.halved(1, FINE[degree])];
+        let parts = [
+            high.halved(1, COARSE[degree]),
+            low.halved(1, FINE[degree]),
+            high.halved(1, FINE[degree]),
+        ];
         coarse = low.halved(1, COARSE[degree]);
         details.push(Detail { parts });
     }
@@ -141,9 +149,8 @@ impl Detail {
     /// Its parts as B-splines of half the size, by the wavelets' two-scale relation.
     pub fn deconstructed(&self, degree: usize) -> [Grid; 3] {
         let fine = [[true, false], [false, true], [true, true]];
-        let part = |i: usize| {
-            self.parts[i].doubled(0, degree, fine[i][0]).doubled(1, degree, fine[i][1])
-        };
+        let part =
+            |i: usize| self.parts[i].doubled(0, degree, fine[i][0]).doubled(1, degree, fine[i][1]);
         [part(0), part(1), part(2)]
     }
 

@@ -87,7 +87,8 @@ impl Tensor {
             let share = |j: usize, i: usize| binomial(j, i) / binomial(n, i);
             (0..=n).map(|j| (0..=j).map(|i| share(j, i) * line[i]).sum()).collect()
         };
-        let all = [0, 1, 2].iter().fold(self.along(0, <[f64]>::to_vec), |t, k| t.along(*k, bernstein));
+        let all =
+            [0, 1, 2].iter().fold(self.along(0, <[f64]>::to_vec), |t, k| t.along(*k, bernstein));
         all.values.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
@@ -96,7 +97,11 @@ impl Tensor {
         let at = |corner: usize| {
             let is_far = |k: usize| corner >> k & 1 == 1;
             let place = |i: usize| {
-                [i / (self.size[1] * self.size[2]), i / self.size[2] % self.size[1], i % self.size[2]]
+                [
+                    i / (self.size[1] * self.size[2]),
+                    i / self.size[2] % self.size[1],
+                    i % self.size[2],
+                ]
             };
             let counts = |i: &usize| (0..3).all(|k| is_far(k) || place(*i)[k] == 0);
             (0..self.values.len()).filter(counts).map(|i| self.values[i]).sum::<f64>()

@@ -3,19 +3,22 @@
 //! factor (the derivative of the phase along the ray).
 
 use super::member::member;
-use crate::media::toward::Toward;
 use crate::json::{Checker, limits};
 use crate::media::Words;
+use crate::media::toward::Toward;
 use crate::num::Num;
 use crate::vector::V3;
 use glam::{DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
 /// Components of a wave vector `[x, y, z]` [rad/m].
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(transparent)]
 pub struct WaveVector(
-    #[schemars(inner(range(min = limits::WAVE_VECTOR.min, max = limits::WAVE_VECTOR.max)))] pub [f64; 3],
+    #[schemars(inner(range(min = limits::WAVE_VECTOR.min, max = limits::WAVE_VECTOR.max)))]
+    pub  [f64; 3],
 );
 
 impl Toward for WaveVector {
@@ -96,7 +99,8 @@ impl Wave {
         let w = turns * half.lit(PI);
         let is_short = w.abs().lt(half.lit(SHORT));
         let square = w.squared();
-        let series = square.mul_add(square.mul_add(half.lit(1.0 / 120.0), half.lit(-1.0 / 6.0)), half.lit(1.0));
+        let series = square
+            .mul_add(square.mul_add(half.lit(1.0 / 120.0), half.lit(-1.0 / 6.0)), half.lit(1.0));
         let safe = N::select(is_short, half, w);
         let share = N::select(is_short, series, (turns * half).sin_turns() / safe);
         self.at((a + b).scale(half)) * share
@@ -105,6 +109,10 @@ impl Wave {
     /// As the shader reads it.
     pub fn words(&self) -> Words {
         let k = self.k.as_vec3();
-        vec![k.extend(self.phase as f32), Vec4::new(self.amplitude as f32, 0.0, 0.0, 0.0), Vec4::ZERO]
+        vec![
+            k.extend(self.phase as f32),
+            Vec4::new(self.amplitude as f32, 0.0, 0.0, 0.0),
+            Vec4::ZERO,
+        ]
     }
 }

@@ -9,10 +9,10 @@
 //! ln((1 − (z + S) t)/(1 − (z − S) t)).
 
 use super::member::member;
-use crate::media::toward::Toward;
 use crate::json::tagged::tagged;
 use crate::json::{Checker, Vec3, limits};
 use crate::media::Words;
+use crate::media::toward::Toward;
 use crate::num::Num;
 use crate::vector::V3;
 use glam::{DVec3, Vec4};
@@ -81,9 +81,9 @@ impl Default for SphereObject {
 impl Toward for Object {
     fn toward(&self, other: &Self, share: f64) -> Self {
         match (self, other) {
-            (Self::PointObject(a), Self::PointObject(b)) => Self::PointObject(PointObject {
-                position: a.position.toward(&b.position, share),
-            }),
+            (Self::PointObject(a), Self::PointObject(b)) => {
+                Self::PointObject(PointObject { position: a.position.toward(&b.position, share) })
+            }
             (Self::LineObject(a), Self::LineObject(b)) => Self::LineObject(LineObject {
                 position: a.position.toward(&b.position, share),
                 direction: a.direction.toward(&b.direction, share),
@@ -264,7 +264,8 @@ impl Potential {
     fn outside<N: Num>(&self, miss2: N, [from, to]: [N; 2]) -> N {
         let e = (self.c / self.d).sqrt();
         let z = Complex::new(from.lit(self.radius), from.lit(e));
-        let s = Complex::new(z.re.squared() - z.im.squared() - miss2, z.re * z.im * from.lit(2.0)).root();
+        let s = Complex::new(z.re.squared() - z.im.squared() - miss2, z.re * z.im * from.lit(2.0))
+            .root();
         let far = Complex::new(z.re + s.re, z.im + s.im);
         // (z + S)(z − S) = m².
         let near = far.conjugate().scale(miss2 / far.square());

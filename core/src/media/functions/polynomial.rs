@@ -9,11 +9,11 @@ use super::bernstein::{centred, least_of};
 use super::horner::Horner;
 use super::member::member;
 use super::monomial::{Monomial, Monomials};
-use crate::media::toward::Toward;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Checker, Code};
 use crate::media::Words;
 use crate::media::closed::crossing;
+use crate::media::toward::Toward;
 use crate::num::Num;
 use crate::quadrature::gauss_legendre;
 use crate::vector::V3;
@@ -25,7 +25,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Periods(
-    #[schemars(inner(range(min = limits::RADIUS.min, max = limits::RADIUS.max)))] pub [Option<f64>; 3],
+    #[schemars(inner(range(min = limits::RADIUS.min, max = limits::RADIUS.max)))]
+    pub  [Option<f64>; 3],
 );
 
 impl Periods {
@@ -75,8 +76,11 @@ impl PolynomialParameters {
                 check.number(f64::from(*power), limits::POWER, || of(&format!("powers/{axis}")));
             }
             let degree: f64 = powers.iter().map(|power| f64::from(*power)).sum();
-            if degree > limits::POWER.max && powers.iter().all(|p| f64::from(*p) <= limits::POWER.max) {
-                let detail = format!("together the powers are {degree}, more than {}", limits::POWER.max);
+            if degree > limits::POWER.max
+                && powers.iter().all(|p| f64::from(*p) <= limits::POWER.max)
+            {
+                let detail =
+                    format!("together the powers are {degree}, more than {}", limits::POWER.max);
                 check.refuse(Code::OutOfRange, || of("powers"), detail);
             }
             for axis in (0..3).filter(|k| powers[*k] > 0 && self.period_m.0[*k].is_none()) {
@@ -305,7 +309,11 @@ impl Periodic {
         let (first, last) = (low.floor(), high.floor());
         let passed = last - first;
         let half = low.lit(0.5);
-        let cell = V3::new(floor_of(self.axes[0], first), floor_of(self.axes[1], first), floor_of(self.axes[2], first));
+        let cell = V3::new(
+            floor_of(self.axes[0], first),
+            floor_of(self.axes[1], first),
+            floor_of(self.axes[2], first),
+        );
         let within = self.between(a, b - a, [low.lit(0.0), low.lit(1.0)], cell);
         if !N::any(half.lt(passed)) {
             return within;
@@ -352,7 +360,9 @@ impl Periodic {
     #[inline(always)]
     fn clip<N: Num>(&self, a: V3<N>, b: V3<N>) -> [N; 2] {
         let mut shares = [a.x.lit(0.0), a.x.lit(1.0)];
-        for (axis, a, b) in [(self.axes[0], a.x, b.x), (self.axes[1], a.y, b.y), (self.axes[2], a.z, b.z)] {
+        for (axis, a, b) in
+            [(self.axes[0], a.x, b.x), (self.axes[1], a.y, b.y), (self.axes[2], a.z, b.z)]
+        {
             if axis.is_none() {
                 continue;
             }
@@ -372,7 +382,8 @@ impl Periodic {
     #[inline(always)]
     fn value<N: Num>(&self, u: V3<N>) -> N {
         let (one, two) = (u.x.lit(1.0), u.x.lit(2.0));
-        let centred = V3::new(u.x.mul_add(two, -one), u.y.mul_add(two, -one), u.z.mul_add(two, -one));
+        let centred =
+            V3::new(u.x.mul_add(two, -one), u.y.mul_add(two, -one), u.z.mul_add(two, -one));
         self.sum.value(if self.is_centred { centred } else { u })
     }
 
@@ -429,7 +440,8 @@ struct Borders<N> {
 impl<N: Num> Borders<N> {
     #[inline(always)]
     fn new(a: V3<N>, way: V3<N>) -> Self {
-        let (x, y, z) = (first_border(a.x, way.x), first_border(a.y, way.y), first_border(a.z, way.z));
+        let (x, y, z) =
+            (first_border(a.x, way.x), first_border(a.y, way.y), first_border(a.z, way.z));
         Self {
             first: V3::new(x.0, y.0, z.0),
             step: V3::new(x.1, y.1, z.1),
