@@ -3,6 +3,7 @@
 pub mod airlight;
 pub mod compare;
 pub mod cpu;
+pub mod edit;
 pub mod frame;
 pub mod geometry;
 pub mod gpu;
@@ -21,9 +22,11 @@ mod quadrature;
 mod random;
 pub mod renderer;
 pub mod request;
+mod rounding;
 pub mod scene;
 pub mod selftest;
 pub mod shapes;
+pub mod shared;
 pub mod surface;
 pub mod vector;
 

@@ -62,7 +62,7 @@ fn simulation(bytes: &[u8]) -> Result<Gaussians, String> {
         let blob = Blob { center: Vec3([x, y, z]), radius, extinction };
         match frames.iter_mut().find(|frame| frame.time_s == time) {
             Some(frame) => frame.blobs.push(blob),
-            None => frames.push(BlobFrame { time_s: time, blobs: vec![blob] }),
+            None => frames.push(BlobFrame { time_s: time, blobs: vec![blob].into() }),
         }
         if frames.len() > COUNTS.frames {
             return Err(format!("more than {} times", COUNTS.frames));
@@ -114,7 +114,7 @@ fn print_map(image: &Path) -> Result<(), Failure> {
     let name = image.display().to_string();
     let bytes = std::fs::read(image).map_err(|error| Failure::new(&name, error))?;
     let coefficients = map::read(&bytes, COUNTS.map_side).map_err(|why| bad(&name, why))?;
-    print(&Term::Fogmap(Fogmap { coefficients, ..Fogmap::default() }))
+    print(&Term::Fogmap(Fogmap { coefficients: coefficients.into(), ..Fogmap::default() }))
 }
 
 /// `of`: a scene, and a term by its id or its place.

@@ -152,7 +152,8 @@ fn bytes_of_surface(surface: &Surface) -> usize {
     let parts = match &surface.shape {
         Shape::Plane(_) | Shape::Sphere(_) | Shape::Box(_) => 0,
         Shape::Mesh(mesh) => {
-            let vertices = mesh.positions.len() + mesh.normals.as_ref().map_or(0, Vec::len);
+            let vertices =
+                mesh.positions.len() + mesh.normals.as_ref().map_or(0, |list| list.len());
             vertices * size_of::<Vec3>() + size_of_val(mesh.indices.as_slice())
         }
         Shape::Heightfield(field) => {

@@ -1,5 +1,6 @@
 //! Lists that stop being read one past their limit, before more is allocated for them.
 
+use crate::shared::Shared;
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use std::fmt;
 
@@ -27,11 +28,37 @@ where
     Ok(Option::<List<MOST, T>>::deserialize(input)?.map(|list| list.0))
 }
 
+/// As [`list`], to be shared.
+///
+/// # Errors
+/// As [`list`].
+pub fn shared<'de, const MOST: usize, T, D>(input: D) -> Result<Shared<Vec<T>>, D::Error>
+where
+    T: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    list::<MOST, T, D>(input).map(Shared::from)
+}
+
+/// The same, or null.
+///
+/// # Errors
+/// As [`list`].
+pub fn shared_or_null<'de, const MOST: usize, T, D>(
+    input: D,
+) -> Result<Option<Shared<Vec<T>>>, D::Error>
+where
+    T: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    Ok(list_or_null::<MOST, T, D>(input)?.map(Shared::from))
+}
+
 /// At most `MOST` rows of at most `MOST` items, which take no more memory than they need.
 ///
 /// # Errors
 /// As [`list`].
-pub fn rows<'de, const MOST: usize, T, D>(input: D) -> Result<Vec<Vec<T>>, D::Error>
+pub fn rows<'de, const MOST: usize, T, D>(input: D) -> Result<Shared<Vec<Vec<T>>>, D::Error>
 where
     T: Deserialize<'de> + Clone,
     D: Deserializer<'de>,

@@ -3,7 +3,7 @@
 //! The text is walked beside the schema of the type that was asked for. Values are slices of the text:
 //! nothing is built, whatever is in it.
 
-use super::form::{Form, List, Member};
+use super::form::{Form, List, Member, Union};
 use super::problem::{Checker, Code, outside, shown, token};
 use super::{Problem, ReadError};
 use schemars::{JsonSchema, schema_for};
@@ -74,7 +74,7 @@ impl Walk {
             (Form::Words(words), b'"') => self.word(words, raw, at),
             (Form::List(list), b'[') => self.list(list, raw, at),
             (Form::Object(known), b'{') => self.members(known, raw, at),
-            (Form::Union(kinds), b'{') => self.union(kinds, raw, at),
+            (Form::Union(union), b'{') => self.union(union, raw, at),
             (Form::Choice(forms), first) if forms.iter().any(|form| name(form) == found(first)) => {
                 forms.iter().filter(|form| name(form) == found(first)).for_each(|form| {
                     self.value(form, raw, at);
@@ -155,20 +155,20 @@ impl Walk {
         }
     }
 
-    fn union(&mut self, kinds: &[(String, Vec<Member>)], raw: &str, at: &Place) {
+    fn union(&mut self, Union { tag, kinds }: &Union, raw: &str, at: &Place) {
         let mut kind = None;
         each_member(raw, |key, value| {
-            if key == "kind" {
+            if key == *tag {
                 kind.get_or_insert(value);
             }
         });
         let words = || -> Vec<_> { kinds.iter().map(|(name, _)| name.clone()).collect() };
         let Some(kind) = kind else {
             return self.refuse(Code::Missing, at, || {
-                format!("`kind` is missing, expected one of {}", words().join(", "))
+                format!("`{tag}` is missing, expected one of {}", words().join(", "))
             });
         };
-        let at_kind = Place::Key(at, "kind");
+        let at_kind = Place::Key(at, tag);
         if !kind.starts_with('"') {
             let detail = || format!("expected a string, found {}", found(kind.as_bytes()[0]));
             return self.refuse(Code::WrongType, &at_kind, detail);

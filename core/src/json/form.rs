@@ -7,6 +7,9 @@ use std::cell::Cell;
 /// How many items all lists of one kind in a document may have together (this program's own word).
 const IN_ALL: &str = "x-items-in-all";
 
+/// Members that tell the variants of a union apart.
+pub const TAGS: [&str; 3] = ["kind", "op", "type"];
+
 /// References and lists deeper than this are taken as they are; the scene has a dozen levels.
 const DEEPEST: usize = 64;
 
@@ -29,10 +32,19 @@ pub enum Form {
     List(List),
     /// An object.
     Object(Vec<Member>),
-    /// An object whose member `kind` says which of these it is.
-    Union(Vec<(String, Vec<Member>)>),
+    /// An object of which one member says which of these it is.
+    Union(Union),
     /// One of these, told apart by the type of JSON.
     Choice(Vec<Self>),
+}
+
+/// The form of an object that is one of several.
+#[derive(Debug)]
+pub struct Union {
+    /// The member that tells.
+    pub tag: &'static str,
+    /// What it says, and the members then.
+    pub kinds: Vec<(String, Vec<Member>)>,
 }
 
 /// The form of a list.
@@ -139,7 +151,7 @@ impl<'a> Reader<'a> {
         properties.map(member).collect()
     }
 
-    /// A list of words, a union told apart by `kind`, or something and null.
+    /// A list of words, a union told apart by a member, or something and null.
     fn one_of(&self, variants: &'a [Value], depth: usize) -> Form {
         let is_null = |variant: &&Value| variant["type"] == "null";
         let rest: Vec<_> = variants.iter().filter(|variant| !is_null(variant)).collect();
@@ -148,12 +160,14 @@ impl<'a> Reader<'a> {
     }
 
     fn choice(&self, variants: &[&'a Value], depth: usize) -> Form {
-        let kind = |variant: &&'a Value| {
-            let kind = word(&variant["properties"]["kind"]["const"])?;
-            Some((kind, self.members(variant, depth)))
-        };
-        if let Some(kinds) = variants.iter().map(kind).collect() {
-            return Form::Union(kinds);
+        for tag in TAGS {
+            let kind = |variant: &&'a Value| {
+                let kind = word(&variant["properties"][tag]["const"])?;
+                Some((kind, self.members(variant, depth)))
+            };
+            if let Some(kinds) = variants.iter().map(kind).collect() {
+                return Form::Union(Union { tag, kinds });
+            }
         }
         let words = |variant: &&'a Value| match self.string(variant) {
             Form::Words(words) => Some(words),

@@ -32,6 +32,14 @@ pub const DISTANCE: Range = Range::new(0.0, 1e9);
 pub const FAR: Range = Range::new(1e-3, 1e9);
 /// Radii, and sizes that must not vanish [m].
 pub const RADIUS: Range = Range::new(1e-4, 1e8);
+/// Distance of a brush's dabs, in its radii.
+pub const SPACING: Range = Range::new(0.01, 100.0);
+/// Speeds [m/s].
+pub const SPEED: Range = Range::new(0.0, 1e6);
+/// How fast particles spread [m²/s].
+pub const DIFFUSION: Range = Range::new(0.0, 1e9);
+/// Width of a picture as a share of its height.
+pub const ASPECT: Range = Range::new(1e-2, 1e2);
 /// Extinction [1/m].
 pub const EXTINCTION: Range = Range::new(0.0, 1e6);
 /// Meteorological visibility [m].
@@ -155,6 +163,14 @@ pub struct Counts {
     pub frames: usize,
     /// Keys of a wind.
     pub keys: usize,
+    /// Operations of a JSON patch.
+    pub operations: usize,
+    /// Edits of a request.
+    pub edits: usize,
+    /// Points of a stroke.
+    pub stroke_points: usize,
+    /// Steps that the particles of an edit take together.
+    pub particle_steps: usize,
     /// Characters of an id.
     pub id_chars: usize,
     /// Pixels along one side of a picture.
@@ -187,6 +203,10 @@ pub const COUNTS: Counts = Counts {
     map_side: 1024,
     frames: 4096,
     keys: 4096,
+    operations: 10_000,
+    edits: 256,
+    stroke_points: 10_000,
+    particle_steps: 2_000_000,
     id_chars: 64,
     picture_side: 8192,
     picture_pixels: 8_388_608,

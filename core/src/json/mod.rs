@@ -3,6 +3,7 @@
 
 pub mod bounded;
 mod diagnose;
+pub mod document;
 mod form;
 pub mod limits;
 mod problem;

@@ -172,7 +172,12 @@ pub fn shown(text: &str) -> String {
 
 /// A member's name as a token of a JSON pointer.
 pub fn token(key: &str) -> String {
-    shown(key).replace('~', "~0").replace('/', "~1")
+    escaped(&shown(key))
+}
+
+/// A whole name as a token of a JSON pointer.
+pub fn escaped(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
 }
 
 #[cfg(test)]

@@ -12,10 +12,15 @@ use std::marker::PhantomData;
 /// Members that may stand before `kind`: more than any variant has.
 const MOST_EARLY: usize = 32;
 
-/// A union of structs told apart by the member `kind`.
+/// A union of structs told apart by a member, most often `kind`.
 pub trait Tagged: Sized {
+    /// The member that tells them apart.
+    const TAG: &'static str;
     /// The accepted kinds, in the order of the documentation.
     const KINDS: &'static [&'static str];
+
+    /// The kind of this one.
+    fn word(&self) -> &'static str;
 
     /// Reads the variant named `kind` from the other members.
     fn read<'de, D: Deserializer<'de>>(kind: &str, members: D) -> Result<Self, D::Error>;
@@ -32,23 +37,26 @@ impl<'de, T: Tagged> de::Visitor<'de> for Visitor<T> {
     type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "an object whose `kind` is one of {}", T::KINDS.join(", "))
+        write!(f, "an object whose `{}` is one of {}", T::TAG, T::KINDS.join(", "))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<T, A::Error> {
         let mut early = Vec::new();
         while let Some(key) = map.next_key::<String>()? {
-            if key == "kind" {
+            if key == T::TAG {
                 let kind: String = map.next_value()?;
                 let members = Members { early: early.into_iter(), value: None, rest: map };
                 return T::read(&kind, de::value::MapAccessDeserializer::new(members));
             }
             if early.len() == MOST_EARLY {
-                return Err(de::Error::custom("too many members before `kind`"));
+                return Err(de::Error::custom(format_args!(
+                    "too many members before `{}`",
+                    T::TAG
+                )));
             }
             early.push((key, map.next_value::<&RawValue>()?));
         }
-        Err(de::Error::missing_field("kind"))
+        Err(de::Error::missing_field(T::TAG))
     }
 }
 
@@ -82,18 +90,27 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Members<'de, A> {
     }
 }
 
-/// Declares a union told apart by `kind`: one struct a variant, schema and errors included.
+/// Declares a union told apart by `kind`, or by another member: one struct a variant, schema and errors
+/// included.
 macro_rules! tagged {
-    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $kind:literal),+ $(,)? }) => {
+    ($(#[$doc:meta])* $name:ident $variants:tt) => {
+        $crate::json::tagged::tagged!(by "kind" $(#[$doc])* $name $variants);
+    };
+    (by $tag:literal $(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $kind:literal),+ $(,)? }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
-        #[serde(tag = "kind")]
+        #[serde(tag = $tag)]
         pub enum $name {
             $($(#[$vdoc])* #[serde(rename = $kind)] $variant($variant),)+
         }
 
         impl $crate::json::tagged::Tagged for $name {
+            const TAG: &'static str = $tag;
             const KINDS: &'static [&'static str] = &[$($kind),+];
+
+            fn word(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $kind),+ }
+            }
 
             fn read<'de, D: serde::Deserializer<'de>>(
                 kind: &str,

@@ -14,6 +14,7 @@ pub use sun::Sun;
 
 use crate::geometry::{Beyond, Origin};
 use crate::json::Checker;
+use crate::json::document::Part;
 use crate::json::tagged::tagged;
 use crate::num::Num;
 use crate::vector::V3;
@@ -31,6 +32,11 @@ macro_rules! lights {
             /// The name given to it, if any.
             pub fn id(&self) -> Option<&str> {
                 match self { $(Self::$Kind(light) => light.id()),* }
+            }
+
+            /// The name given to it.
+            pub fn id_mut(&mut self) -> &mut Option<String> {
+                match self { $(Self::$Kind(light) => &mut light.id),* }
             }
 
             /// Whether it shines.
@@ -111,6 +117,8 @@ lights! {
     /// Parallel light from far away.
     Sun = "sun",
 }
+
+impl Part for Light {}
 
 /// A kind of light, as a scene says it.
 pub trait LightKind {

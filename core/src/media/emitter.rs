@@ -6,6 +6,7 @@
 
 use super::gaussians::{Blob, Blobs, Draw, Gaussians};
 use super::{Moment, Term, TermKind};
+use crate::json::document::Part;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Spectrum, Vec3};
 use crate::phase::Phase;
@@ -66,6 +67,8 @@ pub struct Emitter {
     /// How view rays see the particles.
     pub draw: Draw,
 }
+
+impl Part for Emitter {}
 
 impl Default for Emitter {
     fn default() -> Self {
@@ -188,7 +191,7 @@ impl TermKind for Emitter {
             phase: self.phase.clone(),
             // The particles are where the wind has carried them.
             wind_response: 0.0,
-            blobs: self.alive(moment),
+            blobs: self.alive(moment).into(),
             draw: self.draw,
             ..Gaussians::default()
         }))

@@ -6,6 +6,7 @@ use super::closed::{Closed, crossing, hull};
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
 use crate::geometry::Beyond;
+use crate::json::document::Part;
 use crate::json::{Albedo, Checker, Code, Spectrum, limits};
 use crate::num::Num;
 use crate::phase::Phase;
@@ -53,6 +54,8 @@ pub struct Homogeneous {
     /// How the extinction depends on height.
     pub vertical: Vertical,
 }
+
+impl Part for Homogeneous {}
 
 impl Default for Homogeneous {
     fn default() -> Self {

@@ -26,6 +26,7 @@ use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each};
 use crate::geometry::{Beyond, Origin, Ray};
+use crate::json::document::{Part, union_parts};
 use crate::json::tagged::tagged;
 use crate::json::{Albedo, Checker};
 use crate::phase::Phase;
@@ -44,6 +45,7 @@ macro_rules! media {
             /// One part of the fog.
             Term { $($(#[$doc])* $Kind = $kind),* }
         );
+        union_parts!(Term { $($Kind = $kind),* });
 
         impl Term {
             /// What it is, in a few words.
@@ -62,6 +64,11 @@ macro_rules! media {
                         wind_response: term.wind_response,
                     }),*
                 }
+            }
+
+            /// The name given to it.
+            pub fn id_mut(&mut self) -> &mut Option<String> {
+                match self { $(Self::$Kind(term) => &mut term.id),* }
             }
 
             /// Looks at all of its numbers; `at` names its members. No ray of a picture is longer than `far_m`.
@@ -187,7 +194,7 @@ pub struct Common<'a> {
 }
 
 /// A kind of term, as a scene says it.
-pub trait TermKind {
+pub trait TermKind: Part {
     /// What terms of this kind come to.
     type Medium: Medium;
 

@@ -29,12 +29,17 @@ pub struct Negative {
     pub beta: f64,
 }
 
+/// Whether a term may be below 0, or be there everywhere to make up for one that is.
+pub fn decides_sign(term: &Term) -> bool {
+    matches!(term, Term::Functions(_) | Term::Homogeneous(_))
+}
+
 /// A place where the field of some terms in a wind is negative, if one is found.
 pub fn negative(terms: &[Term], wind: &Wind) -> Option<Negative> {
     let enabled = terms.iter().filter(|term| term.common().enabled);
     // What may be below 0, and what may make up for it everywhere.
     let (doubtful, even): (Vec<_>, Vec<_>) = enabled
-        .filter(|term| matches!(term, Term::Functions(_) | Term::Homogeneous(_)))
+        .filter(|term| decides_sign(term))
         .partition(|term| matches!(term, Term::Functions(_)));
     let functions: Vec<_> = doubtful.iter().filter_map(|term| functions(term)).collect();
     if functions.is_empty() {

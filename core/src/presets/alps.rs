@@ -80,7 +80,7 @@ fn fog(degree: u8, coefficients: Vec<Vec<f64>>) -> Term {
         origin: [origin; 2],
         cell_m: CELL,
         scale: 0.04.into(),
-        coefficients,
+        coefficients: coefficients.into(),
         vertical: Vertical::Exponential(Exponential { base_m: 25.0, falloff_per_m: 0.08 }),
         ..Fogmap::default()
     })

@@ -8,7 +8,6 @@ mod geometry;
 mod gorge;
 mod inscatter;
 mod room;
-mod rounding;
 mod stage;
 mod street;
 mod terrain;

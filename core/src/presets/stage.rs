@@ -1,10 +1,10 @@
 //! Short ways to write the parts of a scene; every number is rounded, so that its JSON is short.
 
 use super::geometry::MeshBuilder;
-pub use super::rounding::{round_to, rounded};
 use crate::light::Sun;
 use crate::media::emitter::Emitter;
 use crate::media::functions::{Cosine, Functions, Member, WaveVector};
+pub use crate::rounding::{round_to, rounded};
 use crate::scene::{
     Airlight, Albedo, Blob, Camera, Fog, Gaussians, Heightfield, Homogeneous, Light, Material,
     Mesh, Perspective, Point, Projection, Rgb, Shape, Sphere, Surface, SurfaceLighting, Term, Vec3,
@@ -114,7 +114,7 @@ pub fn veil(ambient: [f64; 3], term: Term) -> Fog {
 
 /// Fog made of blobs.
 pub fn gaussians(id: &str, blobs: Vec<Blob>) -> Term {
-    Term::Gaussians(Gaussians { id: Some(id.into()), blobs, ..Gaussians::default() })
+    Term::Gaussians(Gaussians { id: Some(id.into()), blobs: blobs.into(), ..Gaussians::default() })
 }
 
 /// Fog that is the same everywhere.

@@ -4,7 +4,7 @@ use super::*;
 use crate::airlight::Method;
 use crate::json::limits::{self, COUNTS};
 use crate::light::Source;
-use crate::media::sign::{Negative, negative};
+use crate::media::sign::{Negative, decides_sign, negative};
 use crate::media::{Common, Field};
 use glam::DVec3;
 use std::collections::HashSet;
@@ -51,22 +51,55 @@ impl Scene {
         self.checked(check)
     }
 
+    /// The same, of a scene that was made from a checked one: what they share is not looked at again.
+    ///
+    /// # Errors
+    /// As [`Scene::check`].
+    pub fn check_after(self, known: &CheckedScene) -> Result<CheckedScene, Vec<Problem>> {
+        let mut check = Checker::default();
+        self.check_beside(Some(known), &mut check);
+        self.checked(check)
+    }
+
+    /// Gives ids to surfaces, lights and terms that have none: the first free one of `light-1`, `light-2` and so on.
+    pub fn name_all(&mut self) {
+        name_each("surface", self.surfaces.iter_mut().map(|surface| &mut surface.id));
+        name_each("light", self.lights.iter_mut().map(Light::id_mut));
+        name_each("term", self.fog.terms.iter_mut().map(Term::id_mut));
+    }
+
     /// The scene, if nothing was refused in it nor around it.
     pub(crate) fn checked(self, check: Checker) -> Result<CheckedScene, Vec<Problem>> {
         check.finish(()).map(|()| CheckedScene(Arc::new(self)))
     }
 
     pub(crate) fn check_into(&self, check: &mut Checker) {
-        check_camera(check, &self.camera);
+        self.check_beside(None, check);
+    }
+
+    fn check_beside(&self, known: Option<&Scene>, check: &mut Checker) {
+        self.camera.check(check);
         check.triple(self.background.0, limits::INTENSITY, || "/background".into());
-        check_surfaces(check, &self.surfaces);
+        check_surfaces(check, &self.surfaces, known.map_or(&[], |known| &known.surfaces));
         check_lights(check, &self.lights);
-        check_fog(check, &self.fog, self.far_m);
+        check_fog(check, &self.fog, self.far_m, known);
         if let Some(detail) = self.fog.refusal(&self.lights, self.fog.airlight) {
             check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
         }
         check.number(self.time_s, limits::TIME, || "/time_s".into());
         check.number(self.far_m, limits::FAR, || "/far_m".into());
+    }
+}
+
+fn name_each<'a>(what: &str, ids: impl Iterator<Item = &'a mut Option<String>>) {
+    let ids: Vec<_> = ids.collect();
+    if ids.iter().all(|id| id.is_some()) {
+        return;
+    }
+    let taken: HashSet<_> = ids.iter().filter_map(|id| (**id).clone()).collect();
+    let mut free = (1..).map(|i| format!("{what}-{i}")).filter(|id| !taken.contains(id));
+    for id in ids.into_iter().filter(|id| id.is_none()) {
+        *id = free.next();
     }
 }
 
@@ -82,6 +115,13 @@ fn check_ids<'a>(check: &mut Checker, list: &str, ids: impl Iterator<Item = Opti
             let detail = format!("`{id}` is not unique in {list}");
             check.refuse(Code::DuplicateId, pointer, detail);
         }
+    }
+}
+
+impl Camera {
+    /// Looks at all of its numbers, and whether it looks anywhere; pointers begin with `/camera`.
+    pub(crate) fn check(&self, check: &mut Checker) {
+        check_camera(check, self);
     }
 }
 
@@ -112,14 +152,17 @@ fn check_camera(check: &mut Checker, camera: &Camera) {
     }
 }
 
-fn check_surfaces(check: &mut Checker, surfaces: &[Surface]) {
+/// Those that stand in `known` at the same place are known to be right.
+fn check_surfaces(check: &mut Checker, surfaces: &[Surface], known: &[Surface]) {
     check.count(surfaces.len(), COUNTS.surfaces, "surfaces", || "/surfaces".into());
     check_ids(check, "surfaces", surfaces.iter().map(|s| s.id.as_deref()));
     let (mut triangles, mut vertices) = (0usize, 0usize);
     for (i, surface) in surfaces.iter().enumerate() {
         let at = |name: &str| format!("/surfaces/{i}/{name}");
-        check_material(check, &surface.material, at);
-        check_shape(check, &surface.shape, at);
+        if known.get(i) != Some(surface) {
+            check_material(check, &surface.material, at);
+            check_shape(check, &surface.shape, at);
+        }
         let (t, v) = surface.shape.counts();
         (triangles, vertices) = (triangles.saturating_add(t), vertices.saturating_add(v));
         let list = || {
@@ -248,7 +291,7 @@ fn check_common(check: &mut Checker, term: &Term, at: &dyn Fn(&str) -> String) {
     check.number(wind_response, limits::FRACTION, || at("wind_response"));
 }
 
-fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
+fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64, known: Option<&Scene>) {
     let found = check.found();
     check.triple(fog.albedo.0, limits::FRACTION, || "/fog/albedo".into());
     fog.phase.check(check, || "/fog/phase".into());
@@ -258,6 +301,8 @@ fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
     fog.wind.check(check, &|name| format!("/fog/wind/{name}"));
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());
     check_ids(check, "fog/terms", fog.terms.iter().map(|term| term.common().id));
+    // Terms of `known` at the same place are known to be right, for rays of the same length.
+    let known = known.filter(|known| known.far_m == far_m).map(|known| &known.fog);
     let mut blobs = 0usize;
     for (i, term) in fog.terms.iter().enumerate().take(COUNTS.terms) {
         let at = |name: &str| format!("/fog/terms/{i}/{name}");
@@ -266,14 +311,25 @@ fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64) {
         if blobs > COUNTS.blobs {
             return;
         }
-        check_common(check, term, &at);
-        term.check(check, &at, far_m);
+        if known.and_then(|known| known.terms.get(i)) != Some(term) {
+            check_common(check, term, &at);
+            term.check(check, &at, far_m);
+        }
     }
     // What was refused may be anything.
     if check.found() == found
+        && !known.is_some_and(|known| is_as_positive(fog, known))
         && let Some(Negative { point, time_s, beta }) = negative(&fog.terms, &fog.wind)
     {
         let detail = format!("the extinction is negative, {beta} 1/m, at {point} m and {time_s} s");
         check.refuse(Code::Conflict, || "/fog/terms".into(), detail);
     }
+}
+
+/// Whether a fog is the same as another in all that could make it negative.
+fn is_as_positive(fog: &Fog, other: &Fog) -> bool {
+    let signed = |fog: &Fog| -> Vec<Term> {
+        fog.terms.iter().filter(|term| decides_sign(term)).cloned().collect()
+    };
+    fog.wind == other.wind && signed(fog) == signed(other)
 }

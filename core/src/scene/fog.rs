@@ -2,6 +2,7 @@
 
 use crate::airlight::{Airlight, refusal};
 use crate::json::bounded;
+use crate::json::document::parts;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Rgb};
 use crate::light::Light;
@@ -39,6 +40,8 @@ pub struct Fog {
     #[schemars(length(max = COUNTS.terms))]
     pub terms: Vec<Term>,
 }
+
+parts!(Fog { terms });
 
 impl Default for Fog {
     fn default() -> Self {

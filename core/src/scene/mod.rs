@@ -26,6 +26,7 @@ pub use fog::{Fog, SurfaceLighting};
 pub use surface::{Box, Heightfield, Material, Mesh, Plane, Shape, Sphere, Surface};
 
 use crate::json::bounded;
+use crate::json::document::parts;
 use limits::COUNTS;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -61,6 +62,8 @@ pub struct Scene {
     #[schemars(range(min = limits::FAR.min, max = limits::FAR.max))]
     pub far_m: f64,
 }
+
+parts!(Scene { surfaces, lights, fog });
 
 impl Default for Scene {
     fn default() -> Self {

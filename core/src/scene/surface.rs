@@ -1,9 +1,11 @@
 //! What stands in the fog: shapes and their materials.
 
 use crate::json::bounded;
+use crate::json::document::{Part, parts};
 use crate::json::limits::{self, COUNTS};
 use crate::json::tagged::tagged;
 use crate::json::{Albedo, Rgb, Vec3};
+use crate::shared::Shared;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -31,6 +33,10 @@ pub struct Surface {
     /// How it reflects and glows.
     pub material: Material,
 }
+
+parts!(Surface { shape });
+
+impl Part for Shape {}
 
 impl Default for Surface {
     fn default() -> Self {
@@ -138,20 +144,20 @@ impl Default for Box {
 #[serde(default, deny_unknown_fields)]
 pub struct Mesh {
     /// The corners [m].
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.vertices }, _, _>")]
+    #[serde(deserialize_with = "bounded::shared::<{ COUNTS.vertices }, _, _>")]
     #[schemars(length(max = COUNTS.vertices))]
-    pub positions: Vec<Vec3>,
+    pub positions: Shared<Vec<Vec3>>,
     /// Three places in `positions` for each triangle.
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.triangles }, _, _>")]
+    #[serde(deserialize_with = "bounded::shared::<{ COUNTS.triangles }, _, _>")]
     #[schemars(length(max = COUNTS.triangles), inner(inner(range(max = COUNTS.vertices - 1))))]
-    pub indices: Vec<[u32; 3]>,
+    pub indices: Shared<Vec<[u32; 3]>>,
     /// One normal for each position, for smooth shading.
     #[serde(
-        deserialize_with = "bounded::list_or_null::<{ COUNTS.vertices }, _, _>",
+        deserialize_with = "bounded::shared_or_null::<{ COUNTS.vertices }, _, _>",
         skip_serializing_if = "Option::is_none"
     )]
     #[schemars(length(max = COUNTS.vertices))]
-    pub normals: Option<Vec<Vec3>>,
+    pub normals: Option<Shared<Vec<Vec3>>>,
 }
 
 /// A terrain: heights over a grid, two triangles a cell, shaded smoothly.
@@ -173,11 +179,11 @@ pub struct Heightfield {
         ),
         extend("x-items-in-all" = limits::GRID_ROWS)
     )]
-    pub heights: Vec<Vec<f64>>,
+    pub heights: Shared<Vec<Vec<f64>>>,
 }
 
 impl Default for Heightfield {
     fn default() -> Self {
-        Self { origin: Vec3::splat(0.0), size: [1.0, 1.0], heights: vec![vec![0.0; 2]; 2] }
+        Self { origin: Vec3::splat(0.0), size: [1.0, 1.0], heights: vec![vec![0.0; 2]; 2].into() }
     }
 }

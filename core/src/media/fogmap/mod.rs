@@ -11,10 +11,12 @@ use super::closed::{Closed, crossing, hull};
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
 use crate::geometry::Beyond;
+use crate::json::document::parts;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, bounded};
 use crate::num::Num;
 use crate::phase::Phase;
+use crate::shared::Shared;
 use crate::vector::V3;
 use glam::{DVec3, Vec4};
 use plane::{Plane, Way};
@@ -60,7 +62,7 @@ pub struct Fogmap {
     #[schemars(length(min = 1, max = COUNTS.map_side), inner(length(min = 1, max = COUNTS.map_side)))]
     #[schemars(inner(inner(range(min = limits::EXTINCTION.min, max = limits::EXTINCTION.max))))]
     #[schemars(extend("x-map" = 1))]
-    pub coefficients: Vec<Vec<f64>>,
+    pub coefficients: Shared<Vec<Vec<f64>>>,
     /// Levels of detail that it is taken apart into.
     #[schemars(range(min = 0, max = 10))]
     pub levels: u8,
@@ -72,6 +74,8 @@ pub struct Fogmap {
     /// How the extinction depends on height.
     pub vertical: Vertical,
 }
+
+parts!(Fogmap { coefficients });
 
 impl Default for Fogmap {
     fn default() -> Self {
@@ -90,7 +94,8 @@ impl Default for Fogmap {
                 vec![0.5, 1.0, 0.8, 0.3],
                 vec![0.3, 0.9, 0.5, 0.2],
                 vec![0.1, 0.4, 0.2, 0.0],
-            ],
+            ]
+            .into(),
             levels: 0,
             mu: 1.0,
             deconstruct: true,

@@ -19,6 +19,7 @@ pub use polynomial::{Periods, Polynomial, PolynomialMorph, PolynomialParameters}
 
 use super::closed::{Closed, hull};
 use super::{Moment, TermKind, Words};
+use crate::json::document::Part;
 use crate::json::limits::{self, COUNTS};
 use crate::json::tagged::tagged;
 use crate::json::{Albedo, Checker, Code, Spectrum, bounded};
@@ -72,6 +73,8 @@ tagged!(
         Equipotential = "equipotential",
     }
 );
+
+impl Part for Functions {}
 
 impl Default for Functions {
     fn default() -> Self {

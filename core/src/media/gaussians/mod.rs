@@ -24,10 +24,12 @@ use super::{
 use crate::geometry::batch::{Rays, Row};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::{Beyond, Origin, Ray};
+use crate::json::document::{Part, parts};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Checker, Code, Spectrum, Vec3, bounded};
 use crate::phase::Phase;
 use crate::progress::Job;
+use crate::shared::Shared;
 use exact::EVERYWHERE_M;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
@@ -58,9 +60,9 @@ pub struct Gaussians {
     #[schemars(range(min = limits::FRACTION.min, max = limits::FRACTION.max))]
     pub wind_response: f64,
     /// The blobs.
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
+    #[serde(deserialize_with = "bounded::shared::<{ COUNTS.blobs }, _, _>")]
     #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
-    pub blobs: Vec<Blob>,
+    pub blobs: Shared<Vec<Blob>>,
     /// Instead of blobs: the same ones at rising times, a simulation that is played back. Between two frames each
     /// blob changes in a straight line.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,9 +81,9 @@ pub struct BlobFrame {
     #[schemars(range(min = limits::TIME.min, max = limits::TIME.max))]
     pub time_s: f64,
     /// The blobs then, in the same order in every frame.
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.blobs }, _, _>")]
+    #[serde(deserialize_with = "bounded::shared::<{ COUNTS.blobs }, _, _>")]
     #[schemars(length(max = COUNTS.blobs), extend("x-items-in-all" = COUNTS.blobs))]
-    pub blobs: Vec<Blob>,
+    pub blobs: Shared<Vec<Blob>>,
 }
 
 /// Reads frames, or null; the blobs of all together are bounded.
@@ -89,6 +91,10 @@ fn frames<'de, D: Deserializer<'de>>(input: D) -> Result<Option<Vec<BlobFrame>>,
     let parts = |frame: &BlobFrame| frame.blobs.len();
     bounded::list_in_all_or_null::<{ COUNTS.frames }, _, _>(input, COUNTS.blobs, parts)
 }
+
+parts!(Gaussians { blobs });
+
+impl Part for Blob {}
 
 impl Default for Gaussians {
     fn default() -> Self {
@@ -98,7 +104,7 @@ impl Default for Gaussians {
             albedo: None,
             phase: None,
             wind_response: 1.0,
-            blobs: Vec::new(),
+            blobs: Shared::default(),
             frames: None,
             draw: Draw::Gaussian,
         }

@@ -121,15 +121,15 @@ impl MeshBuilder {
     /// The same with its corners rounded to 1 / `steps`, for what is seen from afar.
     pub fn rounded(mut self, steps: f64) -> Self {
         for corner in &mut self.positions {
-            *corner = super::rounding::rounded(*corner, steps).vector();
+            *corner = crate::rounding::rounded(*corner, steps).vector();
         }
         self
     }
 
     /// The mesh with flat triangles, for what is made of planes.
     pub fn flat(self) -> Mesh {
-        let positions = self.positions.iter().map(|p| super::rounding::rounded(*p, 1e3)).collect();
-        Mesh { positions, indices: self.indices, normals: None }
+        let positions = self.positions.iter().map(|p| crate::rounding::rounded(*p, 1e3)).collect();
+        Mesh { positions, indices: self.indices.into(), normals: None }
     }
 }
 

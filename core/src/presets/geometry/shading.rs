@@ -1,7 +1,7 @@
 //! Smooth normals that keep sharp edges sharp.
 
-use super::super::rounding::rounded;
 use super::MeshBuilder;
+use crate::rounding::rounded;
 use crate::scene::{Mesh, Vec3};
 use glam::DVec3;
 
@@ -30,7 +30,7 @@ impl MeshBuilder {
             });
             mesh.indices.push(corners);
         }
-        Mesh { normals: Some(normals), ..mesh }
+        Mesh { normals: Some(normals.into()), ..mesh }
     }
 
     /// The normal of a triangle; its length is twice the area.

@@ -1,6 +1,6 @@
 //! Numbers that are short in JSON.
 
-use crate::scene::Vec3;
+use crate::json::Vec3;
 use glam::DVec3;
 
 /// `value` with its components rounded to 1 / `steps`.
