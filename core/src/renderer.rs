@@ -8,6 +8,7 @@ pub use crate::progress::{Interrupted, Progress};
 use crate::request::{ProbeRay, View};
 use crate::scene::CheckedScene;
 use crate::selftest::{self, BackendReport};
+use crate::shapes::Geometry;
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -194,6 +195,18 @@ impl Renderer {
             Some(frame) => Ok(frame),
             None => self.cpu.render(scene, view, progress),
         }
+    }
+
+    /// The surfaces of a scene, as frames and probes meet them.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn surfaces(
+        &self,
+        scene: &CheckedScene,
+        progress: &Progress,
+    ) -> Result<Arc<Geometry>, Interrupted> {
+        self.cpu.cache.geometry(scene, progress)
     }
 
     /// Evaluates rays in f64, no blob left out.

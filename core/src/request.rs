@@ -135,6 +135,18 @@ pub struct View {
     pub options: Options,
 }
 
+impl View {
+    fn check(&self, check: &mut Checker) {
+        check_size(check, self.width, self.height, COUNTS.picture_pixels);
+        if let Some(samples) = self.samples {
+            let range = limits::Range { min: 1.0, max: COUNTS.samples as f64 };
+            check.number(f64::from(samples), range, || "/samples".into());
+        }
+        check.number(self.exposure_ev, limits::EXPOSURE, || "/exposure_ev".into());
+        self.options.check(check);
+    }
+}
+
 impl RenderRequest {
     /// Checks everything.
     ///
@@ -142,13 +154,6 @@ impl RenderRequest {
     /// What is wrong, with pointers into this request.
     pub fn check(self) -> Result<(CheckedScene, View), Vec<Problem>> {
         let mut check = Checker::default();
-        check_size(&mut check, self.width, self.height, COUNTS.picture_pixels);
-        if let Some(samples) = self.samples {
-            let range = limits::Range { min: 1.0, max: COUNTS.samples as f64 };
-            check.number(f64::from(samples), range, || "/samples".into());
-        }
-        check.number(self.exposure_ev, limits::EXPOSURE, || "/exposure_ev".into());
-        self.options.check(&mut check);
         let view = View {
             width: self.width,
             height: self.height,
@@ -161,7 +166,78 @@ impl RenderRequest {
             estimator: None,
             options: self.options,
         };
+        view.check(&mut check);
         Ok((check_scene(check, self.scene)?, view))
+    }
+}
+
+/// Asks for a picture of a scene that the server has.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrameRequest {
+    /// Pixels along a row.
+    #[serde(default = "width")]
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub width: u32,
+    /// Rows of pixels.
+    #[serde(default = "height")]
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub height: u32,
+    /// `draft` for a moving hand, `full` for every pixel.
+    #[serde(default)]
+    pub quality: Quality,
+    /// Which image of the frame.
+    #[serde(default)]
+    pub layer: Layer,
+    /// Samples per pixel along edges; 1 in float formats and drafts, 4 in 8-bit `full` pictures.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = COUNTS.samples))]
+    pub samples: Option<u32>,
+    /// Time of the picture [s]; the scene's own where nothing is said.
+    #[serde(default)]
+    #[schemars(range(min = limits::TIME.min, max = limits::TIME.max))]
+    pub time_s: Option<f64>,
+    /// Exposure of 8-bit pictures [stops].
+    #[serde(default)]
+    #[schemars(range(min = limits::EXPOSURE.min, max = limits::EXPOSURE.max))]
+    pub exposure_ev: f64,
+    /// How the radiance of 8-bit pictures is brought onto a screen.
+    #[serde(default)]
+    pub tonemap: Tonemap,
+}
+
+fn width() -> u32 {
+    800
+}
+
+fn height() -> u32 {
+    600
+}
+
+impl FrameRequest {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(self) -> Result<(View, Option<f64>), Vec<Problem>> {
+        let mut check = Checker::default();
+        if let Some(time_s) = self.time_s {
+            check.number(time_s, limits::TIME, || "/time_s".into());
+        }
+        let view = View {
+            width: self.width,
+            height: self.height,
+            quality: self.quality,
+            layer: self.layer,
+            samples: self.samples,
+            exposure_ev: self.exposure_ev,
+            tonemap: self.tonemap,
+            for_screen: false,
+            estimator: None,
+            options: Options::default(),
+        };
+        view.check(&mut check);
+        check.finish((view, self.time_s))
     }
 }
 
@@ -212,6 +288,34 @@ pub struct ProbeRequest {
     pub rays: Vec<RayRequest>,
 }
 
+/// Asks for the numbers along rays in a scene that the server has.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RaysRequest {
+    /// The rays.
+    #[serde(deserialize_with = "crate::json::bounded::list::<{ COUNTS.rays }, _, _>")]
+    #[schemars(length(max = COUNTS.rays))]
+    pub rays: Vec<RayRequest>,
+}
+
+impl RaysRequest {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(&self, scene: &CheckedScene) -> Result<Vec<ProbeRay>, Vec<Problem>> {
+        let mut check = Checker::default();
+        let rays = check_rays(&mut check, &self.rays, scene.fog.longest_m());
+        check.finish(rays)
+    }
+}
+
+fn check_rays(check: &mut Checker, rays: &[RayRequest], longest_m: f64) -> Vec<ProbeRay> {
+    check.count(rays.len(), COUNTS.rays, "rays", || "/rays".into());
+    let each = rays.iter().enumerate().take(COUNTS.rays);
+    each.map(|(i, ray)| ray.check(check, i, longest_m)).collect()
+}
+
 /// One ray of a probe.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -245,10 +349,7 @@ impl ProbeRequest {
     /// What is wrong, with pointers into this request.
     pub fn check(self) -> Result<(CheckedScene, Vec<ProbeRay>), Vec<Problem>> {
         let mut check = Checker::default();
-        check.count(self.rays.len(), COUNTS.rays, "rays", || "/rays".into());
-        let longest_m = self.scene.fog.longest_m();
-        let rays = self.rays.iter().enumerate().take(COUNTS.rays);
-        let rays = rays.map(|(i, ray)| ray.check(&mut check, i, longest_m)).collect();
+        let rays = check_rays(&mut check, &self.rays, self.scene.fog.longest_m());
         Ok((check_scene(check, self.scene)?, rays))
     }
 }

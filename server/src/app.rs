@@ -5,12 +5,16 @@ use crate::cli::ServeArgs;
 use crate::extract::Intake;
 use crate::origin::Names;
 use crate::queue::Queue;
+use crate::store::Store;
 use crate::watch::Watch;
 use fogbank_core::Renderer;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
+
+/// Viewers' frames at a time: while one is encoded another is rendered.
+const VIEWERS_TURNS: usize = 2;
 
 /// Where the server is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -34,8 +38,14 @@ impl Phase {
 /// What all requests share.
 #[derive(Clone)]
 pub struct App {
-    /// The renderer.
+    /// Makes pictures and numbers, one after the other.
     pub queue: Arc<Queue<Renderer>>,
+    /// The renderer, for what takes no turn.
+    pub renderer: Arc<Renderer>,
+    /// Scenes that live here.
+    pub store: Arc<Store>,
+    /// Turns of viewers, who wait for them in the order in which they came: so all have the same share of it.
+    pub turns: Arc<Semaphore>,
     /// Jobs that clients may ask about.
     pub watch: Watch,
     /// Reads bodies.
@@ -57,13 +67,21 @@ impl App {
     ///
     /// # Errors
     /// When there is no such backend, or the system gives it no thread.
-    pub fn start(options: ServeArgs, phase: watch::Receiver<Phase>) -> std::io::Result<Self> {
+    pub fn start(
+        options: ServeArgs,
+        store: Store,
+        phase: watch::Receiver<Phase>,
+    ) -> std::io::Result<Self> {
         let renderer = Renderer::open(options.backend.into()).map_err(std::io::Error::other)?;
         renderer.warm_up();
+        let renderer = Arc::new(renderer);
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
             has_fallen_back: renderer.fallback(),
-            queue: Arc::new(Queue::start(options.queue, renderer)?),
+            queue: Arc::new(Queue::start(options.queue, Arc::clone(&renderer))?),
+            renderer,
+            turns: Arc::new(Semaphore::new(VIEWERS_TURNS)),
+            store: Arc::new(store),
             watch: Watch::default(),
             intake: Intake::new(parsers),
             answers: Answers::new(),

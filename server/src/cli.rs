@@ -85,7 +85,8 @@ pub struct ServeArgs {
     /// What renders.
     #[arg(long, env = "FOGBANK_BACKEND", value_enum, default_value_t)]
     pub backend: Backend,
-    /// Directory for what the server stores; it is made if missing. Nothing is stored there yet.
+    /// Directory that scenes are stored in; it is made if missing. Without it they are kept in memory and end with the
+    /// server.
     #[arg(long, env = "FOGBANK_DATA_DIR", value_name = "DIR")]
     pub data_dir: Option<PathBuf>,
     /// A further name that clients may call the server by, besides localhost and addresses; may be repeated.

@@ -15,7 +15,8 @@ use hyper_util::service::TowerToHyperService;
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
-use std::pin::pin;
+use std::pin::Pin;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
@@ -63,6 +64,11 @@ enum Place {
     Spare,
 }
 
+/// A place that is held, and what tells that somebody still converses. Whoever goes on with a connection as something
+/// else than HTTP keeps a copy.
+#[derive(Clone)]
+pub struct Seat(Arc<(Place, Option<mpsc::Sender<()>>)>);
+
 impl Connections {
     /// Nobody is connected yet.
     pub fn new(app: App) -> Self {
@@ -95,12 +101,12 @@ impl Connections {
         let client = Client::from(address.ip());
         let place = self.places.take(client, 1).map_or(Place::Spare, Place::Own);
         let is_spare = matches!(place, Place::Spare);
-        let (router, phase, alive) = (self.router.clone(), self.phase.clone(), self.alive.clone());
+        let (router, phase) = (self.router.clone(), self.phase.clone());
+        let seat = Seat(Arc::new((place, self.alive.clone())));
         let conversation = tokio::spawn(async move {
-            if let Err(error) = converse(stream, client, &place, router, phase).await {
+            if let Err(error) = converse(stream, client, seat, router, phase).await {
                 tracing::debug!("connection: {error}");
             }
-            drop((place, alive));
         });
         if !is_spare {
             return;
@@ -126,15 +132,16 @@ impl Connections {
 async fn converse(
     stream: TcpStream,
     client: Client,
-    place: &Place,
+    seat: Seat,
     router: Router,
     phase: watch::Receiver<Phase>,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let is_spare = matches!(place, Place::Spare);
+    let is_spare = matches!(seat.0.0, Place::Spare);
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(client);
+        request.extensions_mut().insert(seat.clone());
         if is_spare {
             request.extensions_mut().insert(Spare);
         }
@@ -143,23 +150,26 @@ async fn converse(
     let mut http = http1::Builder::new();
     let head_time = if is_spare { SPARE_HEAD_TIME } else { HEAD_TIME };
     http.timer(TokioTimer::new()).header_read_timeout(head_time).keep_alive(!is_spare);
-    let mut socket = Socket::new(stream);
-    {
-        let mut connection = pin!(http.serve_connection(TokioIo::new(&mut socket), service));
-        let ended = tokio::select! {
-            ended = connection.as_mut() => ended,
-            () = Phase::Draining.begun(phase) => {
-                connection.as_mut().graceful_shutdown();
-                connection.as_mut().await
-            }
-        };
-        if let Err(error) = ended {
-            tracing::debug!("connection: {error}");
+    let socket = TokioIo::new(Socket::new(stream));
+    let mut connection = http.serve_connection(socket, service).with_upgrades();
+    let ended = tokio::select! {
+        ended = &mut connection => Some(ended),
+        () = Phase::Draining.begun(phase) => None,
+    };
+    let ended = match ended {
+        Some(ended) => ended,
+        None => {
+            Pin::new(&mut connection).graceful_shutdown();
+            (&mut connection).await
         }
+    };
+    if let Err(error) = ended {
+        tracing::debug!("connection: {error}");
     }
-    if is_spare {
-        // Nobody is waited for here: the next one may want to know how the process is.
-        return Ok(());
+    match connection.into_parts() {
+        // Nobody is waited for on a spare one: the next one may want to know how the process is.
+        Some(parts) if !is_spare => parts.io.into_inner().finish().await,
+        // Whoever took it over goes on with it.
+        _ => Ok(()),
     }
-    socket.finish().await
 }

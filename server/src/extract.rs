@@ -1,6 +1,7 @@
 //! From a request's body to a checked request: size, type and form are looked at here, once.
 
 use crate::budget::{Budget, Client, Held};
+use crate::conditional;
 use crate::pace::{Least, Pace};
 use crate::problem::Problem;
 use axum::body::Body;
@@ -10,6 +11,7 @@ use fogbank_core::scene;
 use http_body_util::BodyExt;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Semaphore;
@@ -64,13 +66,35 @@ impl Intake {
         T: DeserializeOwned + JsonSchema + 'static,
         C: Send + 'static,
     {
+        self.digest(request, check).await.map(|body| body.value)
+    }
+
+    /// The same, and what tells it apart from others if it may be repeated.
+    ///
+    /// # Errors
+    /// As [`Intake::read`].
+    pub async fn digest<T, C>(
+        &self,
+        request: Request,
+        check: fn(T) -> Result<C, Vec<scene::Problem>>,
+    ) -> Result<Digested<C>, Problem>
+    where
+        T: DeserializeOwned + JsonSchema + 'static,
+        C: Send + 'static,
+    {
+        let is_repeatable = request.headers().contains_key(conditional::KEY);
+        let about = format!("{} {}", request.method(), request.uri());
         check_headers(request.headers())?;
         let client = request.extensions().get().copied().unwrap_or_default();
         let collect = tokio::time::timeout(BODY_TIME, self.collect(client, request.into_body()));
         // Held until the bytes are read into a request.
         let (bytes, _held) = collect.await.map_err(|_| too_slow())??;
         let is_small = bytes.len() <= SMALL_BYTES;
-        let parse = move || check(scene::read::<T>(&bytes)?).map_err(Problem::invalid);
+        let parse = move || {
+            let value = check(scene::read::<T>(&bytes)?).map_err(Problem::invalid)?;
+            let digest = if is_repeatable { digest(about.as_bytes(), &bytes) } else { 0 };
+            Ok(Digested { value, digest })
+        };
         if is_small {
             return parse();
         }
@@ -101,6 +125,19 @@ impl Intake {
         }
         Ok((bytes, held))
     }
+}
+
+/// What a body held, and a number that other requests hardly have.
+pub struct Digested<T> {
+    /// The checked request.
+    pub value: T,
+    /// Of method, address and body; 0 where the request has no key.
+    pub digest: u64,
+}
+
+fn digest(about: &[u8], body: &[u8]) -> u64 {
+    let hash = Sha256::new().chain_update(about).chain_update(body).finalize();
+    hash.iter().take(8).fold(0, |sum, byte| sum << 8 | u64::from(*byte))
 }
 
 fn check_headers(headers: &HeaderMap) -> Result<(), Problem> {

@@ -5,6 +5,7 @@ use crate::problem::{self, Problem};
 use crate::watch;
 use axum::http::StatusCode;
 use fogbank_core::image::Format;
+use fogbank_core::json::TAGS as TAGS_OF_UNIONS;
 use fogbank_core::scene::Scene;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::{JsonSchema, Schema};
@@ -24,9 +25,10 @@ pub fn generator() -> SchemaGenerator {
 }
 
 /// What the operations of a group have to do with each other.
-const TAGS: [(&str, &str); 4] = [
+const TAGS: [(&str, &str); 5] = [
     ("pictures", "Images of a scene."),
     ("numbers", "What the models compute, as numbers."),
+    ("scenes", "Scenes that live on this server: revisions, edits, history."),
     ("service", "What this server offers and accepts."),
     ("health", "For whoever watches the process."),
 ];
@@ -38,12 +40,15 @@ pub struct Operation {
     id: &'static str,
     tag: &'static str,
     summary: &'static str,
-    request: Option<Schema>,
+    /// Bodies that it takes, by media type.
+    requests: Vec<(&'static str, Schema)>,
     examples: Map<String, Value>,
     content: Map<String, Value>,
     headers: Map<String, Value>,
     parameters: Vec<Value>,
     refusals: Vec<StatusCode>,
+    /// Whether it may answer 201 as well.
+    creates: bool,
 }
 
 /// What every request may meet before its route is asked.
@@ -75,24 +80,86 @@ impl Operation {
             id,
             tag,
             summary,
-            request: None,
+            requests: Vec::new(),
             examples: Map::new(),
             content: Map::new(),
             headers: Map::new(),
             parameters: Vec::new(),
             refusals: ALWAYS.to_vec(),
+            creates: false,
         }
     }
 
     /// A `POST` whose body does not matter.
     pub fn post(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
-        Self { method: "post", ..Self::get(id, tag, summary) }.refuses(&OF_A_JOB)
+        Self::bare_post(id, tag, summary).of_a_job()
+    }
+
+    /// A `POST` whose body does not matter, and that is no job for the renderer.
+    pub fn bare_post(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
+        Self { method: "post", ..Self::get(id, tag, summary) }
+    }
+
+    /// A `PUT`.
+    pub fn put(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
+        Self { method: "put", ..Self::get(id, tag, summary) }
+    }
+
+    /// A `PATCH`.
+    pub fn patch(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
+        Self { method: "patch", ..Self::get(id, tag, summary) }
+    }
+
+    /// A `DELETE`.
+    pub fn delete(id: &'static str, tag: &'static str, summary: &'static str) -> Self {
+        Self { method: "delete", ..Self::get(id, tag, summary) }
+    }
+
+    /// Is a job for the renderer.
+    pub fn of_a_job(self) -> Self {
+        self.refuses(&OF_A_JOB)
+    }
+
+    /// Is about the scene that the path names.
+    pub fn of_scene(self) -> Self {
+        let id = json!({ "in": "path", "name": "id", "required": true, "description": "The scene's id.",
+            "schema": { "type": "string", "pattern": "^[a-z0-9-]{1,64}$" } });
+        self.with_parameter(id).refuses(&[StatusCode::NOT_FOUND])
+    }
+
+    /// May answer 201, where something is new.
+    pub fn creates(self) -> Self {
+        Self { creates: true, ..self }
     }
 
     /// Takes a type as a JSON body.
     pub fn takes<T: JsonSchema>(self, schemas: &mut SchemaGenerator) -> Self {
-        let request = Some(schemas.subschema_for::<T>());
-        Self { request, ..self }.refuses(&OF_A_BODY)
+        self.takes_as::<T>(JSON, schemas)
+    }
+
+    /// The same as another media type.
+    pub fn takes_as<T: JsonSchema>(
+        mut self,
+        media_type: &'static str,
+        schemas: &mut SchemaGenerator,
+    ) -> Self {
+        self.requests.push((media_type, schemas.subschema_for::<T>()));
+        self.refuses(&OF_A_BODY)
+    }
+
+    /// Takes the members of a type as parts of the address's query.
+    pub fn query<T: JsonSchema>(mut self, schemas: &mut SchemaGenerator) -> Self {
+        let schema = schemas.root_schema_for::<T>();
+        for (name, member) in
+            schema.get("properties").and_then(Value::as_object).into_iter().flatten()
+        {
+            let mut schema = member.clone();
+            let description =
+                schema.as_object_mut().and_then(|schema| schema.remove("description"));
+            self.parameters.push(json!({ "in": "query", "name": name, "description": description,
+                "schema": schema }));
+        }
+        self.refuses(&[StatusCode::UNPROCESSABLE_ENTITY])
     }
 
     /// A body that is answered with 200.
@@ -139,11 +206,22 @@ impl Operation {
     }
 
     /// Takes a parameter in the request's `path` or `header`.
-    pub fn parameter(mut self, place: &str, name: &str, description: &str) -> Self {
+    pub fn parameter(self, place: &str, name: &str, description: &str) -> Self {
         let schema = json!({ "type": "string", "pattern": watch::ID_PATTERN });
         let is_required = place == "path";
-        self.parameters.push(json!({ "in": place, "name": name, "required": is_required,
-            "description": description, "schema": schema }));
+        self.with_parameter(json!({ "in": place, "name": name, "required": is_required,
+            "description": description, "schema": schema }))
+    }
+
+    /// Takes any text in a header.
+    pub fn header_parameter(self, name: &str, description: &str) -> Self {
+        let schema = json!({ "type": "string" });
+        self.with_parameter(json!({ "in": "header", "name": name, "description": description,
+            "schema": schema }))
+    }
+
+    fn with_parameter(mut self, parameter: Value) -> Self {
+        self.parameters.push(parameter);
         self
     }
 
@@ -166,18 +244,28 @@ impl Operation {
             "tags": [self.tag],
             "summary": self.summary,
         });
-        if let Some(schema) = self.request {
-            let mut content = json!({ "schema": schema });
-            if !self.examples.is_empty() {
-                content["examples"] = self.examples.into();
+        if !self.requests.is_empty() {
+            let mut bodies = Map::new();
+            for (media_type, schema) in self.requests {
+                let mut content = json!({ "schema": schema });
+                if !self.examples.is_empty() {
+                    content["examples"] = self.examples.clone().into();
+                }
+                bodies.insert(media_type.into(), content);
             }
-            operation["requestBody"] = json!({ "required": true, "content": { JSON: content } });
+            operation["requestBody"] = json!({ "required": true, "content": bodies });
         }
         let mut success = json!({ "description": "Success", "content": self.content });
         if !self.headers.is_empty() {
             success["headers"] = self.headers.into();
         }
-        let mut responses = Map::from_iter([("200".into(), success)]);
+        let mut responses = Map::new();
+        if self.creates {
+            let mut created = success.clone();
+            created["description"] = "It is new".into();
+            responses.insert("201".into(), created);
+        }
+        responses.insert("200".into(), success);
         for status in self.refusals {
             let reference = json!({ "$ref": format!("#/components/responses/{}", name(status)) });
             responses.insert(status.as_str().into(), reference);
@@ -199,7 +287,13 @@ pub fn document(all: impl Iterator<Item = Path>) -> Value {
     schemas.subschema_for::<Scene>();
     let mut paths = Map::new();
     for (path, operation) in all {
-        paths.insert(path.into(), operation(&mut schemas).document());
+        let operation = operation(&mut schemas).document();
+        match (paths.get_mut(path), operation) {
+            (Some(Value::Object(others)), Value::Object(own)) => others.extend(own),
+            (_, operation) => {
+                paths.insert(path.into(), operation);
+            }
+        }
     }
     let responses = refusals(&mut schemas);
     let mut definitions = schemas.take_definitions(true);
@@ -233,7 +327,16 @@ fn refusals(schemas: &mut SchemaGenerator) -> Map<String, Value> {
         (StatusCode::FORBIDDEN, "A page of another site must not use this server."),
         (StatusCode::NOT_ACCEPTABLE, "`Accept` takes no format that is offered."),
         (StatusCode::NOT_FOUND, "There is nothing of that name."),
-        (StatusCode::CONFLICT, "Another job that waits or runs has this `Fog-Job`."),
+        (
+            StatusCode::CONFLICT,
+            "Another job that waits or runs has this `Fog-Job`, the scene has moved on, or there is \
+            nothing to undo.",
+        ),
+        (
+            StatusCode::PRECONDITION_FAILED,
+            "The scene is not at a revision that the request expects.",
+        ),
+        (StatusCode::INSUFFICIENT_STORAGE, "There is no room to store it."),
         (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
         (StatusCode::PAYLOAD_TOO_LARGE, "The body is larger than `/v1/limits` allows."),
         (StatusCode::URI_TOO_LONG, "The address is too long."),
@@ -291,18 +394,19 @@ fn name_variants(definitions: &mut Map<String, Value>) {
             continue;
         };
         let mut mapping = Map::new();
+        let mut discriminator = "kind";
         for variant in variants {
-            let Some(kind) = variant.pointer("/properties/kind/const").and_then(Value::as_str)
-            else {
-                continue;
-            };
+            let word = |tag| variant.pointer(&format!("/properties/{tag}/const"));
+            let found = TAGS_OF_UNIONS.iter().find_map(|tag| Some((*tag, word(tag)?.as_str()?)));
+            let Some((tag, kind)) = found else { continue };
+            discriminator = tag;
             let (kind, name) = (kind.to_owned(), format!("{}{union}", pascal_case(kind)));
             let reference = format!("#{SCHEMAS}/{name}");
             mapping.insert(kind, reference.clone().into());
             named.insert(name, std::mem::replace(variant, json!({ "$ref": reference })));
         }
         if !mapping.is_empty() {
-            schema["discriminator"] = json!({ "propertyName": "kind", "mapping": mapping });
+            schema["discriminator"] = json!({ "propertyName": discriminator, "mapping": mapping });
         }
     }
     definitions.append(&mut named);

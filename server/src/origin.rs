@@ -37,14 +37,22 @@ impl Names {
                 return Err(misdirected());
             }
         }
+        // What is only read is kept from other sites' pages by the browser.
+        if method.is_safe() { Ok(()) } else { self.check_origin(headers) }
+    }
+
+    /// Refuses what a page of another site asks for, be it only to read: a socket is not kept from it by the browser.
+    ///
+    /// # Errors
+    /// 403 from a page of another site.
+    pub fn check_origin(&self, headers: &HeaderMap) -> Result<(), Problem> {
         let is_foreign = match headers.get(HeaderName::from_static("sec-fetch-site")) {
             Some(site) => site != "same-origin" && site != "none",
             None => {
                 headers.get(header::ORIGIN).is_some_and(|o| !self.is_own(o.as_bytes(), headers))
             }
         };
-        // What is only read is kept from other sites' pages by the browser.
-        if is_foreign && !method.is_safe() {
+        if is_foreign {
             let detail = "a page of another site must not use this server";
             return Err(Problem::new(StatusCode::FORBIDDEN, detail));
         }

@@ -135,12 +135,11 @@ impl<W: Send + Sync + 'static> Queue<W> {
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(waiting: usize, worker: W) -> io::Result<Self> {
+    pub fn start(waiting: usize, worker: Arc<W>) -> io::Result<Self> {
         Self::with_workers(waiting, SHORT_WORKERS, worker)
     }
 
-    fn with_workers(waiting: usize, short_workers: usize, worker: W) -> io::Result<Self> {
-        let worker = Arc::new(worker);
+    fn with_workers(waiting: usize, short_workers: usize, worker: Arc<W>) -> io::Result<Self> {
         let (short, long) = (Line::new(waiting, short_workers), Line::new(waiting, 1));
         let mut threads = Vec::new();
         for (line, name, workers) in [(&short, "short", short_workers), (&long, "long", 1)] {
@@ -302,7 +301,7 @@ mod tests {
     use std::task::Poll;
 
     fn queue(waiting: usize) -> Arc<Queue<u32>> {
-        Arc::new(Queue::with_workers(waiting, 1, 7).unwrap())
+        Arc::new(Queue::with_workers(waiting, 1, Arc::new(7)).unwrap())
     }
 
     fn client(number: u8) -> Client {

@@ -6,6 +6,7 @@ use crate::commands::Failure;
 use crate::connections::Connections;
 use crate::log::Log;
 use crate::socket::SEND_BUFFER_BYTES;
+use crate::store::Store;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::path::Path;
@@ -25,34 +26,39 @@ const BACKLOG: u32 = 1024;
 /// When the data directory or the address cannot be used.
 pub fn serve(options: ServeArgs) -> Result<(), Failure> {
     let log = Log::to_stderr().map_err(|error| Failure::new("log", error))?;
-    if let Some(directory) = &options.data_dir {
-        check_writable(directory).map_err(|error| Failure::new(directory.display(), error))?;
-    }
+    let store = open_store(options.data_dir.as_deref())?;
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
     let runtime = runtime.map_err(|error| Failure::new("runtime", error))?;
-    let result = runtime.block_on(run(options));
+    let result = runtime.block_on(run(options, store));
     // A body that is still being parsed has nobody to answer to any more.
     runtime.shutdown_background();
     log.end();
     result
 }
 
-/// Makes the directory if need be, and writes a file there to see whether that can be done.
-fn check_writable(directory: &Path) -> io::Result<()> {
-    std::fs::create_dir_all(directory)?;
-    let trial = directory.join(".fogbank-trial");
-    std::fs::write(&trial, "")?;
-    std::fs::remove_file(trial)
+/// The scenes in a directory, which is made if need be; without one, new scenes in memory.
+fn open_store(directory: Option<&Path>) -> Result<Store, Failure> {
+    match directory {
+        Some(directory) => tracing::info!("scenes are kept in {}", directory.display()),
+        None => {
+            tracing::info!(
+                "scenes are kept in memory, and end with the server: --data-dir keeps them"
+            );
+        }
+    }
+    let place = directory.map_or_else(|| "memory".into(), Path::to_string_lossy);
+    Store::open(directory).map_err(|failure| Failure::new(place, failure))
 }
 
-async fn run(options: ServeArgs) -> Result<(), Failure> {
+async fn run(options: ServeArgs, store: Store) -> Result<(), Failure> {
     let place = options.listen.clone();
     let failure = |error: io::Error| Failure::new(format_args!("cannot listen on {place}"), error);
     let listener = listen(&place).await.map_err(failure)?;
     let address = listener.local_addr().map_err(failure)?;
     let drain = Duration::from_secs_f64(options.drain_s.unwrap_or(options.deadline_s));
     let (phase, phases) = watch::channel(Phase::Serving);
-    let app = App::start(options, phases).map_err(|error| Failure::new("renderer", error))?;
+    let app =
+        App::start(options, store, phases).map_err(|error| Failure::new("renderer", error))?;
     let mut signals = Signals::new().map_err(|error| Failure::new("signals", error))?;
     announce(address);
     let mut connections = Connections::new(app);

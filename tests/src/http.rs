@@ -102,6 +102,12 @@ impl Request {
         Self { body: body.into(), ..post }
     }
 
+    /// A request with a body of some type.
+    pub fn with(method: &str, path: &str, content_type: &str, body: impl Into<Vec<u8>>) -> Self {
+        let request = Self::new(method, path).header("content-type", content_type);
+        Self { body: body.into(), ..request }
+    }
+
     /// With one more header.
     pub fn header(mut self, name: &str, value: &str) -> Self {
         self.headers.push((name.into(), value.into()));
@@ -125,6 +131,26 @@ impl Request {
     /// Sends it and waits for the answer.
     pub fn send(&self, address: &str) -> Answer {
         exchange(address, &self.bytes())
+    }
+
+    /// The same of a server that may be gone.
+    ///
+    /// # Errors
+    /// When no whole answer comes.
+    pub fn try_send(&self, address: &str) -> io::Result<Answer> {
+        let mut stream = patient(TcpStream::connect(address)?);
+        stream.write_all(&self.bytes())?;
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer)?;
+        let head = answer.windows(4).position(|four| four == b"\r\n\r\n");
+        let head = head.ok_or(io::ErrorKind::UnexpectedEof)?;
+        let text = String::from_utf8_lossy(&answer[..head]).to_lowercase();
+        let length =
+            text.lines().find_map(|line| line.strip_prefix("content-length: ")?.parse().ok());
+        if length.is_some_and(|length: usize| answer.len() < head + 4 + length) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(Answer::read(&answer))
     }
 }
 

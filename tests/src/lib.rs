@@ -3,12 +3,14 @@
 pub mod camera;
 pub mod cases;
 pub mod decode;
+pub mod directory;
 pub mod errors;
 pub mod everyday;
 pub mod extremes;
 pub mod fields;
 pub mod http;
 pub mod licences;
+pub mod live;
 pub mod mutation;
 pub mod quadrature;
 pub mod scenes;

@@ -112,6 +112,22 @@ impl Server {
         assert!(kill.expect("kill runs").success());
     }
 
+    /// Ends it at once, without a chance to do anything more.
+    pub fn kill(&self) {
+        let kill = Command::new("kill").args(["-9", &self.child.id().to_string()]).status();
+        assert!(kill.expect("kill runs").success());
+    }
+
+    /// Sends a request with a body of some type.
+    pub fn send_as(&self, method: &str, path: &str, content_type: &str, body: &Value) -> Answer {
+        self.send(&Request::with(method, path, content_type, body.to_string()))
+    }
+
+    /// Puts JSON.
+    pub fn put(&self, path: &str, body: &Value) -> Answer {
+        self.send_as("PUT", path, "application/json", body)
+    }
+
     /// Waits until it has ended by itself, and answers its exit code.
     pub fn exit_code(mut self) -> Option<i32> {
         self.child.wait().expect("it ends").code()

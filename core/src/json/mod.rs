@@ -11,6 +11,7 @@ mod strict;
 pub mod tagged;
 mod values;
 
+pub use form::TAGS;
 pub use problem::{Checker, Code, Problem};
 pub use values::{Albedo, Rgb, Spectrum, Vec3};
 

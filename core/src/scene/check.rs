@@ -25,6 +25,17 @@ impl CheckedScene {
         light.source(self.fog.light_path_m)
     }
 
+    /// The same scene as somebody sees it: through another camera, or at another time.
+    ///
+    /// # Errors
+    /// What is wrong with these, with pointers into the scene.
+    pub fn seen(&self, camera: Option<Camera>, time_s: Option<f64>) -> Result<Self, Vec<Problem>> {
+        let mut scene = (**self).clone();
+        scene.camera = camera.unwrap_or(scene.camera);
+        scene.time_s = time_s.unwrap_or(scene.time_s);
+        scene.check_after(self)
+    }
+
     /// What computes airlight, if an estimator is asked for, in an extinction of this scene.
     pub fn matched(&self, asked: Method, field: &Field) -> Method {
         let are_placed = self.lights().all(|(_, light)| light.is_placed());

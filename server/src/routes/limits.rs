@@ -92,6 +92,14 @@ struct Ranges {
     time: Range,
     /// Exposure [stops].
     exposure: Range,
+    /// Distance of a brush's dabs, in its radii.
+    spacing: Range,
+    /// Speeds of particles [m/s].
+    speed: Range,
+    /// How fast particles spread [m²/s].
+    diffusion: Range,
+    /// Width of a picture as a share of its height.
+    aspect: Range,
 }
 
 const RANGES: Ranges = Ranges {
@@ -124,6 +132,10 @@ const RANGES: Ranges = Ranges {
     velocity: limits::VELOCITY,
     time: limits::TIME,
     exposure: limits::EXPOSURE,
+    spacing: limits::SPACING,
+    speed: limits::SPEED,
+    diffusion: limits::DIFFUSION,
+    aspect: limits::ASPECT,
 };
 
 /// The bounds of this server.

@@ -10,16 +10,21 @@ mod page;
 mod presets;
 pub mod probe;
 mod progress;
+mod query;
 mod render;
+mod scenes;
 mod selftest;
+
+pub use scenes::{EditsRequest, SceneId};
 
 use crate::app::App;
 use crate::layers;
+use crate::live;
 use crate::openapi::{Operation, Path, document};
 use crate::problem::Problem;
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{MethodRouter, get, post};
+use axum::routing::{MethodRouter, delete, get, patch, post, put};
 use axum::{Extension, Router};
 use schemars::SchemaGenerator;
 
@@ -42,6 +47,24 @@ fn routes() -> Vec<Route> {
         route("/v1/probe", post(probe::probe), probe::operation),
         route("/v1/compare", post(compare::compare), compare::operation),
         route("/v1/progress/{job}", get(progress::progress), progress::operation),
+        route("/v1/scenes", get(scenes::list), scenes::list_operation),
+        route("/v1/scenes/{id}", put(scenes::put), scenes::put_operation),
+        route("/v1/scenes/{id}", get(scenes::get), scenes::get_operation),
+        route("/v1/scenes/{id}", patch(scenes::patch), scenes::patch_operation),
+        route("/v1/scenes/{id}", delete(scenes::delete), scenes::delete_operation),
+        route("/v1/scenes/{id}/edits", post(scenes::edit), scenes::edit_operation),
+        route("/v1/scenes/{id}/history", get(scenes::history), scenes::history_operation),
+        route("/v1/scenes/{id}/undo", post(scenes::undo), scenes::undo_operation),
+        route("/v1/scenes/{id}/redo", post(scenes::redo), scenes::redo_operation),
+        route("/v1/scenes/{id}/frame", get(scenes::frame), scenes::frame_operation),
+        route(
+            "/v1/scenes/{id}/optical-depth",
+            get(scenes::optical_depth),
+            scenes::optical_depth_operation,
+        ),
+        route("/v1/scenes/{id}/probe", post(scenes::probe), scenes::probe_operation),
+        route("/v1/scenes/{id}/select", post(scenes::select), scenes::select_operation),
+        route("/v1/scenes/{id}/live", get(live::live), live::live_operation),
         route("/v1/selftest", post(selftest::selftest), selftest::operation),
         route("/v1/models", get(models::list), models::operation),
         route("/v1/presets", get(presets::list), presets::operation),
@@ -121,8 +144,10 @@ mod tests {
     fn every_route_and_type_is_there_and_described() {
         let document = document();
         let mut ids = HashSet::new();
-        for route in routes() {
-            let operations = document["paths"][route.path].as_object().unwrap();
+        let paths = document["paths"].as_object().unwrap();
+        assert!(routes().iter().all(|route| paths.contains_key(route.path)));
+        for path in paths.values() {
+            let operations = path.as_object().unwrap();
             for operation in operations.values() {
                 assert!(ids.insert(operation["operationId"].as_str().unwrap().to_owned()));
                 let mut tags = document["tags"].as_array().unwrap().iter();

@@ -16,10 +16,15 @@ use fogbank_core::request::{OpticalDepthRequest, View};
 use schemars::SchemaGenerator;
 use serde_json::json;
 
-const FORMATS: [Format; 3] = [Format::Npy, Format::Exr, Format::Png];
+/// Formats of such a map, the usual one first.
+pub const FORMATS: [Format; 3] = [Format::Npy, Format::Exr, Format::Png];
 
 /// The header that says which optical depth the white of a 16-bit PNG stands for.
-const SCALE: &str = "Fog-Optical-Depth-Scale";
+pub const SCALE: &str = "Fog-Optical-Depth-Scale";
+
+/// What it says.
+pub const SCALE_IS: &str =
+    "Only with image/png: the optical depth of white; a pixel p means p / 65535 of it.";
 
 /// Renders the map in the format that `Accept` asks for.
 pub async fn render(
@@ -34,7 +39,8 @@ pub async fn render(
     picture::answer(&app, client, job, scene, view, format, encode).await
 }
 
-fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {
+/// Encodes it; a PNG has 16 bits a pixel and a scale.
+pub fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {
     let content_type = format.content_type();
     if format != Format::Png {
         let bytes = encode(frame, view, format)?;
@@ -50,12 +56,11 @@ fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, Enc
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale; a number a \
         pixel, or three where an extinction has a colour.";
-    let scale = "Only with image/png: the optical depth of white; a pixel p means p / 65535 of it.";
     let blob = json!({ "kind": "gaussians", "blobs": [{ "center": [0, 1, 0], "radius": 2 }] });
     let example = json!({ "scene": { "fog": { "terms": [blob] } }, "width": 64, "height": 48 });
     Operation::post("optical_depth", "pictures", summary)
         .takes::<OpticalDepthRequest>(schemas)
         .example("blob", "One blob of fog.", example)
         .picture(&FORMATS)
-        .header(SCALE, scale)
+        .header(SCALE, SCALE_IS)
 }

@@ -8,10 +8,11 @@ use crate::openapi::Operation;
 use crate::problem::Problem;
 use crate::queue::Order;
 use axum::extract::{Request, State};
+use axum::http::HeaderMap;
 use axum::response::Response;
 use fogbank_core::probe::RayAnswer;
-use fogbank_core::request::ProbeRequest;
-use fogbank_core::scene::{self, Airlight};
+use fogbank_core::request::{ProbeRay, ProbeRequest};
+use fogbank_core::scene::{self, Airlight, CheckedScene};
 use fogbank_core::{Progress, Renderer};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
@@ -36,6 +37,20 @@ pub async fn probe(
 ) -> Result<Response, Problem> {
     let headers = request.headers().clone();
     let (scene, rays) = app.intake.read(request, ProbeRequest::check).await?;
+    answer(&app, client, headers, scene, rays).await
+}
+
+/// Evaluates checked rays.
+///
+/// # Errors
+/// 422 where the answer would be too large, 503 where there is no place, 504 past the deadline.
+pub async fn answer(
+    app: &App,
+    client: Client,
+    headers: HeaderMap,
+    scene: CheckedScene,
+    rays: Vec<ProbeRay>,
+) -> Result<Response, Problem> {
     check_answer(rays.len(), scene.lights.len())?;
     let room = app.answers.reserve(client, probe_bytes(&scene, rays.len()))?;
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);

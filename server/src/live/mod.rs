@@ -1,0 +1,83 @@
+//! The live preview: a socket on which views and edits go up, and frames and changes come down.
+//!
+//! `message` says what goes over it, `viewer` is who sits at one, `picture` makes a viewer's frames, `scale` makes drafts as
+//! large as the machine can in time.
+
+mod message;
+mod picture;
+mod scale;
+mod viewer;
+
+use crate::app::{App, Phase};
+use crate::budget::Client;
+use crate::connections::Seat;
+use crate::openapi::Operation;
+use crate::problem::Problem;
+use crate::routes::SceneId;
+use crate::store::Refusal;
+use axum::Extension;
+use axum::extract::State;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{WebSocket, WebSocketUpgrade};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use schemars::SchemaGenerator;
+use serde_json::json;
+use std::sync::Arc;
+
+/// What is spoken on the socket.
+const PROTOCOL: &str = "fogbank.v1";
+
+/// Bytes of a message from a client: an edit may hold a long patch.
+const MESSAGE_BYTES: usize = 1 << 20;
+
+/// Opens a viewer's socket.
+pub async fn live(
+    State(app): State<App>,
+    SceneId(id): SceneId,
+    client: Client,
+    seat: Option<Extension<Seat>>,
+    headers: HeaderMap,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Result<Response, Problem> {
+    // A browser opens sockets for pages of any site, and only the server can tell.
+    app.names.check_origin(&headers)?;
+    let upgrade = upgrade.map_err(|rejection| {
+        Problem::new(StatusCode::BAD_REQUEST, format!("a WebSocket is opened here: {rejection}"))
+    })?;
+    let upgrade = upgrade.protocols([PROTOCOL]);
+    if upgrade.selected_protocol().is_none() {
+        let detail = format!("the subprotocol {PROTOCOL} is spoken here");
+        return Err(Problem::new(StatusCode::BAD_REQUEST, detail));
+    }
+    let store = Arc::clone(&app.store);
+    let room = tokio::task::spawn_blocking(move || store.room(&id)).await??;
+    let head = room.head().ok_or(Refusal::Missing)?;
+    let begin = move |socket: WebSocket| async move {
+        viewer::Viewer::new(socket, app, room, head, client).serve().await;
+        // Its place counts until here.
+        drop(seat);
+    };
+    // What is written goes out at once, so nothing gathers behind a slow reader.
+    let upgrade = upgrade.max_message_size(MESSAGE_BYTES).write_buffer_size(0);
+    Ok(upgrade.on_upgrade(begin))
+}
+
+/// Its documentation.
+pub fn live_operation(_: &mut SchemaGenerator) -> Operation {
+    let summary = "A WebSocket of the subprotocol `fogbank.v1`: views, edits and acknowledgements up, changes and frames \
+        down. Text up: `{\"type\": \"view\", seq, camera, width, height, layer?, exposure_ev?, tonemap?, time_s?}`, \
+        `{\"type\": \"edit\", seq, edit, base_revision?}`, `{\"type\": \"ack\", frame}`. Text down: `hello`, `scene`, \
+        `viewers`, `error`. Binary down, one frame each: a u32 (little-endian) with the length of the JSON header, the \
+        header `{frame, seq, revision, tier, scale, content_type, width, height, timing_ms}`, and the picture. At most \
+        two frames are unacknowledged; the latest view wins.";
+    Operation::get("live", "scenes", summary)
+        .of_scene()
+        .content("text/plain", json!({ "schema": { "type": "string" } }))
+        .refuses(&[StatusCode::FORBIDDEN, StatusCode::SERVICE_UNAVAILABLE])
+}
+
+/// Waits until viewers must go.
+async fn must_go(phase: tokio::sync::watch::Receiver<Phase>) {
+    Phase::Draining.begun(phase).await;
+}

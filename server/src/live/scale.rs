@@ -1,0 +1,81 @@
+//! How large a draft may be so that it comes in time.
+//!
+//! A draft takes what its pixels take, nearly; so the last one says how many there is time for. Between two sizes little
+//! is gained and everything that was kept for the old size is lost: sizes are few, and one grows only when it would
+//! surely fit.
+
+use std::time::Duration;
+
+/// From a view to its picture, so that no hand notices: two frames of a screen of 60 Hz.
+pub const BUDGET: Duration = Duration::from_millis(33);
+
+/// What of it the passes and the encoder may take: the rest is for the way there and back, and for others' jobs.
+const OF_PASSES: f64 = 0.8;
+
+/// A size that would take more of that than this is not grown to.
+const SURELY: f64 = 0.75;
+
+/// Sizes, as shares of a picture's sides. Below one half every fog is mush.
+const SCALES: [f64; 5] = [1.0, 0.84, 0.71, 0.59, 0.5];
+
+/// The size of the next draft.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Scale {
+    place: usize,
+}
+
+impl Scale {
+    /// As a share of the picture's sides.
+    pub fn share(self) -> f64 {
+        SCALES[self.place]
+    }
+
+    /// Learns from a draft of this size; `is_typical` says that none of its passes was kept from an earlier one.
+    pub fn learn(&mut self, took: Duration, is_typical: bool) {
+        let budget = BUDGET.as_secs_f64() * OF_PASSES;
+        let per_area = took.as_secs_f64() / self.share().powi(2);
+        let takes = |place: usize| per_area * SCALES[place].powi(2);
+        if takes(self.place) > budget {
+            let fits = (self.place..SCALES.len()).find(|place| takes(*place) <= budget);
+            self.place = fits.unwrap_or(SCALES.len() - 1);
+        } else if is_typical && self.place > 0 && takes(self.place - 1) <= SURELY * budget {
+            self.place -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws with a machine that takes so long for a whole picture.
+    fn settled(whole_ms: f64) -> f64 {
+        let mut scale = Scale::default();
+        for _ in 0..20 {
+            let took = Duration::from_secs_f64(whole_ms / 1e3 * scale.share().powi(2));
+            scale.learn(took, true);
+        }
+        scale.share()
+    }
+
+    #[test]
+    fn the_largest_size_that_comes_in_time_is_drawn() {
+        assert_eq!(settled(10.0), 1.0);
+        assert_eq!(settled(26.0), 1.0);
+        assert_eq!(settled(30.0), 0.84);
+        assert_eq!(settled(70.0), 0.59);
+        // Never smaller than half, however slow the machine is.
+        assert_eq!(settled(1000.0), 0.5);
+    }
+
+    #[test]
+    fn what_was_kept_does_not_make_it_grow() {
+        let mut scale = Scale::default();
+        scale.learn(Duration::from_millis(200), true);
+        assert_eq!(scale.share(), 0.5);
+        scale.learn(Duration::from_millis(1), false);
+        assert_eq!(scale.share(), 0.5);
+        scale.learn(Duration::from_millis(1), true);
+        assert!(scale.share() > 0.5);
+    }
+}

@@ -1,0 +1,243 @@
+//! The live preview over its socket.
+
+use fogbank_tests::directory::rounds;
+use fogbank_tests::live::{Heard, Viewer, open};
+use fogbank_tests::server::Server;
+use serde_json::{Value, json};
+use std::time::{Duration, Instant};
+
+fn room() -> Value {
+    json!({
+        "surfaces": [{ "shape": { "kind": "plane" } }],
+        "lights": [{ "id": "lamp", "kind": "point", "position": [0, 2.5, 2], "intensity": [40, 34, 24] }],
+        "fog": { "terms": [{ "id": "smoke", "kind": "gaussians", "blobs": [{ "center": [1, 1, 0] }] }] },
+    })
+}
+
+fn stored() -> Server {
+    let server = Server::start();
+    assert_eq!(server.put("/v1/scenes/room", &room()).status, 201);
+    server
+}
+
+fn paint(x: f64) -> Value {
+    json!({ "op": "paint_stroke", "points": [[x, 0.5, 0]], "radius": 0.4, "extinction": 0.5 })
+}
+
+const EYE: [f64; 3] = [0.0, 1.7, 8.0];
+const SIZE: [u32; 2] = [160, 120];
+
+fn frame_of(tier: &'static str, seq: u64) -> impl FnMut(&Heard) -> Option<(Value, Vec<u8>)> {
+    move |heard| match heard {
+        Heard::Frame(header, picture) if header["tier"] == tier && header["seq"] == seq => {
+            Some((header.clone(), picture.clone()))
+        }
+        _ => None,
+    }
+}
+
+#[test]
+fn a_view_is_answered_with_a_draft_and_at_rest_with_a_full_frame() {
+    let server = stored();
+    let (mut viewer, hello) = Viewer::of(&server.address, "room");
+    assert_eq!((hello["id"].as_str(), &hello["revision"]), (Some("room"), &json!(1)));
+    assert_eq!(hello["scene"], server.get("/v1/scenes/room").json()["scene"]);
+    let seq = viewer.look(EYE, SIZE);
+    let (draft, _) = viewer.hear_until(frame_of("draft", seq));
+    assert!(draft["scale"].as_f64().is_some_and(|scale| (0.5..=1.0).contains(&scale)), "{draft}");
+    assert!(draft["timing_ms"]["encode"].as_f64().is_some_and(|ms| ms > 0.0), "{draft}");
+    let (full, picture) = viewer.hear_until(frame_of("full", seq));
+    assert_eq!(
+        (&full["width"], &full["height"], &full["scale"]),
+        (&json!(160), &json!(120), &json!(1.0))
+    );
+    // It is the picture that a request gets of the same view.
+    let request = json!({ "scene": hello["scene"], "width": 160, "height": 120 });
+    let mut request = request;
+    request["scene"]["camera"] = json!({ "position": EYE, "target": [0, 1, 0] });
+    let asked = server.post_for("/v1/render", &request, full["content_type"].as_str().unwrap());
+    assert_eq!(asked.expect_success().body, picture);
+    // Nothing more comes while nothing moves.
+    assert!(viewer.hear_for(Duration::from_millis(500)).is_none());
+}
+
+#[test]
+fn edits_of_one_reach_all_and_no_frame_is_older_than_what_was_told() {
+    let server = stored();
+    let (mut one, _) = Viewer::of(&server.address, "room");
+    let (mut other, mut scene) = Viewer::of(&server.address, "room");
+    other.hear_until(|heard| heard.of_type("viewers").filter(|v| v["count"] == 2).cloned());
+    other.look(EYE, SIZE);
+    for i in 0..10 {
+        one.edit(&paint(f64::from(i)));
+    }
+    let mut told = 1;
+    let mut document = scene["scene"].take();
+    other.hear_until(|heard| {
+        if let Some(change) = heard.of_type("scene") {
+            told = change["revision"].as_u64().unwrap();
+            let patch: json_patch::Patch = serde_json::from_value(change["patch"].clone()).unwrap();
+            json_patch::patch(&mut document, &patch).unwrap();
+        }
+        if let Heard::Frame(header, _) = heard {
+            assert_eq!(header["revision"], told, "a frame shows what was told");
+            return (told == 11).then_some(());
+        }
+        None
+    });
+    // What was patched is what the server has.
+    assert_eq!(document, server.get("/v1/scenes/room").json()["scene"]);
+    // What somebody changes by a request is told as well.
+    server.post("/v1/scenes/room/undo", &json!({})).expect_success();
+    one.hear_until(|heard| heard.of_type("scene").filter(|s| s["revision"] == 12).cloned());
+}
+
+#[test]
+fn at_most_two_frames_are_unacknowledged_and_the_latest_view_wins() {
+    let server = stored();
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    let mut frames = Vec::new();
+    let mut last = 0;
+    for i in 0..40 {
+        last = viewer.look([f64::from(i) / 10.0, 1.7, 8.0], SIZE);
+        while let Some(heard) = viewer.hear_for(Duration::from_millis(10)) {
+            if let Heard::Frame(header, _) = heard {
+                frames.push(header);
+            }
+        }
+    }
+    assert_eq!(frames.len(), 2, "{frames:?}");
+    // Once it acknowledges, what comes is the view that it wants now, and none in between.
+    viewer.acknowledge(&frames[1]);
+    let next = viewer.hear_until(|heard| match heard {
+        Heard::Frame(header, _) => Some(header.clone()),
+        _ => None,
+    });
+    assert_eq!(next["seq"], last);
+}
+
+#[test]
+fn what_is_wrong_is_said_and_the_socket_goes_on() {
+    let server = stored();
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    let mut problem_of = |message: &Value| {
+        viewer.say(message);
+        viewer.hear_until(|heard| heard.of_type("error").cloned())
+    };
+    let status = |error: &Value| error["problem"]["status"].as_u64();
+    let pointer = |error: &Value| error["problem"]["errors"][0]["pointer"].clone();
+    let none = problem_of(&json!({ "type": "wave", "seq": 7 }));
+    assert_eq!(
+        (status(&none), pointer(&none), &none["seq"]),
+        (Some(422), json!("/type"), &json!(7))
+    );
+    let small = json!({ "type": "view", "seq": 8, "camera": {}, "width": 0, "height": 1 });
+    assert_eq!(pointer(&problem_of(&small)), "/width");
+    let edit = json!({ "type": "edit", "seq": 9, "edit": { "op": "erase", "points": [[0, 0, 0]], "radius": -1 } });
+    let edit = problem_of(&edit);
+    assert_eq!((pointer(&edit), &edit["seq"]), (json!("/edit/radius"), &json!(9)));
+    let stale = json!({ "type": "edit", "seq": 10, "base_revision": 9,
+        "edit": { "op": "delete", "term": "smoke", "blobs": [0] } });
+    assert_eq!(status(&problem_of(&stale)), Some(409));
+    viewer.send(vec![1, 2, 3]);
+    viewer.hear_until(|heard| heard.of_type("error").cloned());
+    let seq = viewer.look(EYE, SIZE);
+    viewer.hear_until(frame_of("draft", seq));
+    // A scene that is taken away says good-bye.
+    server.send(&fogbank_tests::http::Request::new("DELETE", "/v1/scenes/room")).expect_success();
+    loop {
+        if let Heard::Closed(code) = viewer.hear() {
+            assert_eq!(code, Some(4404));
+            break;
+        }
+    }
+}
+
+#[test]
+fn only_the_servers_own_pages_may_open_a_socket() {
+    let server = stored();
+    let protocol = ("sec-websocket-protocol", "fogbank.v1");
+    let status =
+        |headers: &[(&str, &str)]| open(&server.address, "room", headers).map(|_| ()).unwrap_err();
+    assert_eq!(status(&[protocol, ("origin", "http://evil.example")]), 403);
+    assert_eq!(status(&[protocol, ("sec-fetch-site", "cross-site")]), 403);
+    assert_eq!(status(&[]), 400);
+    assert_eq!(open(&server.address, "none", &[protocol]).map(|_| ()).unwrap_err(), 404);
+    assert!(open(&server.address, "room", &[protocol, ("origin", "http://localhost")]).is_ok());
+    server.get("/v1/scenes/room/live").expect_problem(400);
+}
+
+#[test]
+fn a_server_that_stops_says_so() {
+    let server = stored();
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    viewer.look(EYE, SIZE);
+    server.terminate();
+    loop {
+        if let Heard::Closed(code) = viewer.hear() {
+            assert_eq!(code, Some(1001));
+            break;
+        }
+    }
+    assert_eq!(server.exit_code(), Some(0));
+}
+
+/// Viewers who never read hold two frames each at most, and do not hold up the others.
+#[test]
+fn whoever_does_not_read_holds_nobody_up() {
+    let server = stored();
+    let mut deaf: Vec<_> = (0..8).map(|_| Viewer::of(&server.address, "room").0).collect();
+    deaf.iter_mut().for_each(|viewer| {
+        viewer.look(EYE, [800, 600]);
+    });
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    for i in 0..20 {
+        let seq = viewer.look([f64::from(i), 1.7, 8.0], SIZE);
+        viewer.hear_until(frame_of("draft", seq));
+        viewer.edit(&paint(f64::from(i)));
+    }
+    drop(deaf);
+    server.expect_healthy();
+}
+
+/// Sixteen viewers drag at 30 Hz for a minute: none is disconnected, and each is shown the last revision in the end.
+#[test]
+fn sixteen_viewers_drag_at_a_time() {
+    let server = stored();
+    let time = Duration::from_secs_f64(60.0 * rounds(1000) as f64 / 1000.0);
+    std::thread::scope(|scope| {
+        for number in 0..16 {
+            let server = &server;
+            scope.spawn(move || {
+                let (mut viewer, _) = Viewer::of(&server.address, "room");
+                let (began, mut turn, mut shown) = (Instant::now(), 0, 0);
+                while began.elapsed() < time {
+                    turn += 1;
+                    viewer.look([f64::from(turn) / 30.0, 1.7, 8.0], SIZE);
+                    if turn % 8 == number % 8 {
+                        viewer.edit(&paint(f64::from(turn % 5)));
+                    }
+                    let next = began + Duration::from_millis(33 * turn as u64);
+                    while let Some(left) = next.checked_duration_since(Instant::now()) {
+                        match viewer.hear_for(left.max(Duration::from_millis(1))) {
+                            Some(Heard::Frame(header, _)) => {
+                                viewer.acknowledge(&header);
+                                shown += 1;
+                            }
+                            Some(Heard::Text(text)) => assert_ne!(text["type"], "error", "{text}"),
+                            Some(Heard::Closed(code)) => panic!("closed: {code:?}"),
+                            None => {}
+                        }
+                    }
+                }
+                assert!(shown > 0);
+                let seq = viewer.look(EYE, SIZE);
+                viewer.hear_until(frame_of("full", seq));
+            });
+        }
+    });
+    let revision = server.get("/v1/scenes/room").json()["revision"].clone();
+    let (_, hello) = Viewer::of(&server.address, "room");
+    assert_eq!(hello["revision"], revision);
+    server.expect_healthy();
+}
