@@ -59,9 +59,10 @@ lavapipe() {
   find /usr/share/vulkan/icd.d -name 'lvp_icd*.json' 2>/dev/null | head -n 1
 }
 
-# Node and Chromium of Debian, and the package that drives one from the other.
+# Node and Chromium of Debian, and the package that drives one from the other; and Python, for an example of the README.
 browser() {
   local missing=()
+  command -v python3 >/dev/null || missing+=(python3)
   command -v chromium >/dev/null || missing+=(chromium)
   command -v node >/dev/null || missing+=(nodejs)
   command -v npm >/dev/null || missing+=(npm)

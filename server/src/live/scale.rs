@@ -9,11 +9,11 @@ use std::time::Duration;
 /// From a view to its picture, so that no hand notices: two frames of a screen of 60 Hz.
 pub const BUDGET: Duration = Duration::from_millis(33);
 
-/// What of it the passes and the encoder may take: the rest is for the way there and back, and for others' jobs.
-const OF_PASSES: f64 = 0.8;
+/// What of it the passes and the encoder may take: the rest is for the way there and back.
+const OF_PASSES: f64 = 0.85;
 
 /// A size that would take more of that than this is not grown to.
-const SURELY: f64 = 0.75;
+const SURELY: f64 = 0.85;
 
 /// Sizes, as shares of a picture's sides. Below one half every fog is mush.
 const SCALES: [f64; 5] = [1.0, 0.84, 0.71, 0.59, 0.5];
@@ -30,7 +30,7 @@ impl Scale {
         SCALES[self.place]
     }
 
-    /// Learns from a draft of this size; `is_typical` says that none of its passes was kept from an earlier one.
+    /// Learns from a draft of this size; `is_typical` says that it took what drafts of a moving camera take.
     pub fn learn(&mut self, took: Duration, is_typical: bool) {
         let budget = BUDGET.as_secs_f64() * OF_PASSES;
         let per_area = took.as_secs_f64() / self.share().powi(2);

@@ -132,7 +132,7 @@ impl Viewer {
             self.begin();
             // While a draft is made the scene that it shows is the newest that the client hears of.
             let may_tell = !matches!(self.waiting, Some(Waiting::Frame(_, Tier::Draft)));
-            let rest = self.rest.filter(|_| self.waiting.is_none());
+            let rest = self.rest.filter(|_| self.may_draw());
             tokio::select! {
                 message = self.socket.recv() => {
                     heard = Instant::now();
@@ -243,14 +243,16 @@ impl Viewer {
         Some(())
     }
 
+    /// Whether a frame may be begun, if one is due.
+    fn may_draw(&self) -> bool {
+        let has_shown = self.unacknowledged.len() < UNACKNOWLEDGED;
+        self.waiting.is_none() && self.wanted.is_some() && has_shown
+    }
+
     /// Asks for a turn of the renderer, if there is something to draw and the client has shown what it got.
     fn begin(&mut self) {
         let is_full_due = self.rest.is_some_and(|rest| Instant::now() >= rest);
-        if self.waiting.is_some()
-            || self.wanted.is_none()
-            || self.unacknowledged.len() >= UNACKNOWLEDGED
-            || !(self.has_moved || is_full_due)
-        {
+        if !self.may_draw() || !(self.has_moved || is_full_due) {
             return;
         }
         let turns = Arc::clone(&self.app.turns);

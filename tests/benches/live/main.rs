@@ -2,7 +2,7 @@
 //! send the whole scene; and how many edits and frames a server takes at a time.
 //!
 //! Prints docs/live.md: `FOGBANK_BIN=target/release/fogbank cargo bench -p fogbank-tests --bench live > docs/live.md`; add
-//! `-- 'city|room'` to measure some presets alone.
+//! `-- 'city|room'` to measure some presets alone, `-- crowd` for many clients alone.
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a benchmark")]
 
@@ -21,7 +21,7 @@ fn main() {
         std::thread::available_parallelism().map_or(1, usize::from)
     );
     hand::print(&wanted);
-    if only.is_none() {
+    if wanted("crowd") {
         crowd::print();
     }
 }
