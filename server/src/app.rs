@@ -46,6 +46,8 @@ pub struct App {
     pub store: Arc<Store>,
     /// Turns of viewers, who wait for them in the order in which they came: so all have the same share of it.
     pub turns: Arc<Semaphore>,
+    /// The same for frames that take their time.
+    pub long_turns: Arc<Semaphore>,
     /// Jobs that clients may ask about.
     pub watch: Watch,
     /// Reads bodies.
@@ -81,6 +83,7 @@ impl App {
             queue: Arc::new(Queue::start(options.queue, Arc::clone(&renderer))?),
             renderer,
             turns: Arc::new(Semaphore::new(VIEWERS_TURNS)),
+            long_turns: Arc::new(Semaphore::new(1)),
             store: Arc::new(store),
             watch: Watch::default(),
             intake: Intake::new(parsers),

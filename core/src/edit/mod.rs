@@ -194,8 +194,10 @@ pub fn apply(
     check.finish(()).map_err(Refusal::Invalid)?;
     edits.iter().enumerate().try_fold(scene.clone(), |scene, (i, edit)| {
         let tool = edit.tool();
+        desk.progress.check().map_err(|_| Refusal::Interrupted)?;
         desk.strokes.settle_but(tool.stroke());
-        let after = tool.apply(&scene, desk).map_err(|refused| refused.of(i))?;
+        let mut after = tool.apply(&scene, desk).map_err(|refused| refused.of(i))?;
+        after.name_all();
         after.check_after(&scene).map_err(|problems| Refused::Scene(problems).of(i))
     })
 }

@@ -16,7 +16,9 @@ pub struct PatchScene {
 }
 
 impl Tool for PatchScene {
-    fn check(&self, _check: &mut Checker, _at: &dyn Fn(&str) -> String) {}
+    fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
+        self.patch.check(check, || at("patch"));
+    }
 
     fn apply(&self, scene: &CheckedScene, _desk: &mut Desk) -> Result<Scene, Refused> {
         let mut document = open(scene);

@@ -275,7 +275,7 @@ impl Brush {
 
     fn lay(&mut self, dab: Dab, dabs: &mut Vec<Dab>) {
         dabs.push(Dab { number: self.count, ..dab });
-        self.count += 1;
+        self.count = self.count.wrapping_add(1);
     }
 }
 

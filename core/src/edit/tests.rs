@@ -10,7 +10,10 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 fn scene(value: &Value) -> CheckedScene {
-    crate::json::read::<Scene>(value.to_string().as_bytes()).unwrap().check().unwrap()
+    let mut scene = crate::json::read::<Scene>(value.to_string().as_bytes()).unwrap();
+    // As a stored scene is: an edit gives an id to what has none.
+    scene.name_all();
+    scene.check().unwrap()
 }
 
 /// A floor, a map, an emitter and some blobs.
@@ -451,7 +454,7 @@ fn a_rectangle_selects_what_is_seen_in_it() {
     };
     let all = select([0.0, 0.0, 1.0, 1.0]);
     assert_eq!(all.blobs[0].blobs, (0..9).collect::<Vec<_>>());
-    assert_eq!(all.lights, [Name::Place(0)]);
+    assert_eq!(all.lights, [Name::Id("light-1".into())]);
     assert_eq!(all.emitters, [Name::Id("chimney".into())]);
     // The left half of the picture has those left of the camera.
     let left = select([0.0, 0.0, 0.5, 1.0]);

@@ -205,7 +205,7 @@ pub const COUNTS: Counts = Counts {
     keys: 4096,
     operations: 10_000,
     edits: 256,
-    stroke_points: 10_000,
+    stroke_points: 1000,
     particle_steps: 2_000_000,
     id_chars: 64,
     picture_side: 8192,

@@ -36,7 +36,15 @@ pub struct Surface {
 
 parts!(Surface { shape });
 
-impl Part for Shape {}
+impl Part for Shape {
+    fn values(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => 16 + 4 * (mesh.positions.len() + mesh.indices.len()),
+            Self::Heightfield(field) => 16 + field.heights.iter().map(Vec::len).sum::<usize>(),
+            Self::Plane(_) | Self::Sphere(_) | Self::Box(_) => 16,
+        }
+    }
+}
 
 impl Default for Surface {
     fn default() -> Self {

@@ -29,7 +29,7 @@ use std::sync::Arc;
 const PROTOCOL: &str = "fogbank.v1";
 
 /// Bytes of a message from a client: an edit may hold a long patch.
-const MESSAGE_BYTES: usize = 1 << 20;
+const MESSAGE_BYTES: usize = 256 << 10;
 
 /// Opens a viewer's socket.
 pub async fn live(
@@ -59,7 +59,8 @@ pub async fn live(
         drop(seat);
     };
     // What is written goes out at once, so nothing gathers behind a slow reader.
-    let upgrade = upgrade.max_message_size(MESSAGE_BYTES).write_buffer_size(0);
+    let upgrade =
+        upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).write_buffer_size(0);
     Ok(upgrade.on_upgrade(begin))
 }
 

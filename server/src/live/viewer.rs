@@ -7,7 +7,9 @@ use super::picture::{Picture, Task, make};
 use super::scale::Scale;
 use crate::app::App;
 use crate::budget::Client;
+use crate::estimate::lane_of_picture;
 use crate::problem::Problem;
+use crate::queue::Lane;
 use crate::routes::EditsRequest;
 use crate::store::record::Head;
 use crate::store::{Condition, Refusal, Room};
@@ -31,7 +33,7 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 const SILENCE: Duration = Duration::from_secs(45);
 
 /// Edits of one client that wait to be made.
-const EDITS: usize = 64;
+const EDITS: usize = 16;
 
 /// How long a client may take to say good-bye.
 const GOOD_BYE: Duration = Duration::from_secs(1);
@@ -181,8 +183,8 @@ impl Viewer {
     ) -> Option<()> {
         let text = match message {
             Message::Text(text) => text,
-            Message::Ping(_) | Message::Pong(_) => return Some(()),
-            Message::Close(_) => return None,
+            // A good-bye is answered when the next message is waited for, and then there is none.
+            Message::Ping(_) | Message::Pong(_) | Message::Close(_) => return Some(()),
             Message::Binary(_) => {
                 let problem = Problem::invalid(Vec::new());
                 return self.say(&Down::Error { seq: None, problem: &problem }).await;
@@ -255,7 +257,12 @@ impl Viewer {
         if !self.may_draw() || !(self.has_moved || is_full_due) {
             return;
         }
-        let turns = Arc::clone(&self.app.turns);
+        let Some(wanted) = &self.wanted else { return };
+        // Who sees a slow scene waits for others who do, and for nobody else.
+        let turns = match lane_of_picture(&self.told.scene, &wanted.view) {
+            Lane::Short => Arc::clone(&self.app.turns),
+            Lane::Long => Arc::clone(&self.app.long_turns),
+        };
         let turn = Box::pin(async move { turns.acquire_owned().await.ok() });
         self.waiting = Some(Waiting::Turn(turn, Instant::now()));
     }

@@ -24,13 +24,16 @@ use room::State;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::oneshot;
 use vault::Vault;
 use writer::{Order, Task};
 
 /// Scenes in use that are kept in memory; whoever comes back to an older one waits until it is read again.
 const ROOMS: usize = 64;
+
+/// How long a repeated request waits for the first one to be durable.
+const TO_BE_SHOWN: Duration = Duration::from_secs(10);
 
 /// Bytes of changes that may wait to be written.
 const WAITING_BYTES: usize = 256 << 20;
@@ -257,8 +260,13 @@ impl Store {
         room: &Room,
         state: &'a mut Option<State>,
     ) -> Result<&'a mut State, Refusal> {
+        if room.was_lost() {
+            *state = None;
+        }
         if state.is_none() {
-            *state = Some(self.vault.read(|transaction| tables::state(transaction, &room.id))?);
+            let read = self.vault.read(|transaction| tables::state(transaction, &room.id))?;
+            room.show(read.head.clone());
+            *state = Some(read);
         }
         state.as_mut().ok_or_else(|| Refusal::Failed("a scene was not read".into()))
     }
@@ -322,15 +330,21 @@ impl Store {
         first: u64,
         last: u64,
     ) -> Result<Vec<Change>, Refusal> {
-        let durable =
-            self.vault.read(|transaction| tables::changes(transaction, id, first..=last))?;
+        let gone = Refusal::Nothing("history does not reach back so far");
+        let (oldest, durable) = self.vault.read(|transaction| {
+            let row = tables::row(transaction, id)?;
+            let changes = tables::changes(transaction, id, first..=last)?;
+            Ok((row.map_or(0, |row| row.oldest), changes))
+        })?;
+        if first < oldest {
+            return Err(gone);
+        }
         let known = durable.len() as u64;
         let missing = first + known..=last;
         let rest = state.recent.iter().filter(|recent| missing.contains(&recent.revision));
         let rest = rest.map(|recent| (*recent.change).clone());
         let changes: Vec<_> = durable.into_iter().chain(rest).collect();
         let is_whole = changes.len() as u64 == last + 1 - first;
-        let gone = Refusal::Nothing("history does not reach back so far");
         if is_whole { Ok(changes) } else { Err(gone) }
     }
 
@@ -387,20 +401,23 @@ impl Store {
         let has_it =
             |recent: &&room::Recent| recent.key.as_ref().is_some_and(|(key, _)| key == name);
         let known = match state.recent.iter().find(has_it) {
+            // It may not be durable yet.
             Some(room::Recent { revision, key: Some((_, digest)), .. }) => {
-                Some((*revision, *digest))
+                Some((*revision, *digest, Wait::Shown))
             }
-            _ => self.vault.read(|transaction| tables::keyed(transaction, &room.id, name))?,
+            _ => {
+                let keyed = self.vault.read(|read| tables::keyed(read, &room.id, name))?;
+                keyed.map(|(revision, digest)| (revision, digest, Wait::Nothing))
+            }
         };
-        let Some((revision, known)) = known else { return Ok(None) };
+        let Some((revision, known, wait)) = known else { return Ok(None) };
         if known != *digest {
             return Err(Refusal::KeyReused);
         }
         let patch = self.changes(&room.id, state, revision, revision)?;
         let patch = patch.into_iter().next().map(|change| change.patch).unwrap_or_default();
         let written = Written { revision, patch, is_new: false };
-        // The first one may not be durable yet.
-        Ok(Some(Writing { written, room: Arc::clone(room), wait: Wait::Shown }))
+        Ok(Some(Writing { written, room: Arc::clone(room), wait }))
     }
 
     fn new_revision(&self) -> Result<u64, Refusal> {
@@ -421,8 +438,9 @@ impl Store {
         let revision = state.head.as_ref().map(|head| head.revision);
         condition.check(revision)?;
         let base = revision.ok_or(Refusal::Missing)?;
-        // A scene that comes again begins behind this one, also before that is written.
-        *state = State { first: base + 1, ..State::default() };
+        // A scene that comes again begins behind this one, also before that is written; and one revision is left out, so
+        // that nobody takes what it begins with for a change of this one.
+        *state = State { first: base + 2, ..State::default() };
         let (done, is_done) = oneshot::channel();
         let order = Order { room: Arc::clone(&room), task: Task::Delete(base), done };
         self.orders.send(order).map_err(|_| Refusal::Failed("the writer is gone".into()))?;
@@ -492,6 +510,8 @@ enum Wait {
     Done(oneshot::Receiver<Result<(), Refusal>>),
     /// It is shown.
     Shown,
+    /// It was durable before.
+    Nothing,
 }
 
 impl Writing {
@@ -509,12 +529,15 @@ impl Writing {
                 let mut shown = self.room.shown.subscribe();
                 let revision = self.written.revision;
                 let is_there = |head: &Option<Arc<Head>>| {
-                    head.as_ref().is_none_or(|head| head.revision >= revision)
+                    head.as_ref().is_some_and(|head| head.revision >= revision)
                 };
-                // The room is held here: it goes on showing.
-                let _ = shown.wait_for(is_there).await;
-                Ok(self.written)
+                match tokio::time::timeout(TO_BE_SHOWN, shown.wait_for(is_there)).await {
+                    Ok(Ok(_)) => Ok(self.written),
+                    // The first one was lost: its client was told so, and this one may come again.
+                    _ => Err(Refusal::Lost),
+                }
             }
+            Wait::Nothing => Ok(self.written),
         }
     }
 }

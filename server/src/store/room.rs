@@ -7,6 +7,7 @@ use super::history::History;
 use super::record::{Change, Head, Record};
 use fogbank_core::edit::Strokes;
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
@@ -20,6 +21,8 @@ pub struct Room {
     pub viewers: watch::Sender<usize>,
     /// What the next write begins with; none where it must be read from the database first.
     state: Mutex<Option<State>>,
+    /// Whether that is worth nothing any more.
+    lost: AtomicBool,
 }
 
 /// Newest revisions that are kept at hand, and bytes of what they changed: as many as may wait to be durable.
@@ -83,6 +86,7 @@ impl Room {
             shown,
             viewers: watch::Sender::new(0),
             state: Mutex::new(Some(state)),
+            lost: AtomicBool::new(false),
         }
     }
 
@@ -97,8 +101,26 @@ impl Room {
         self.shown.borrow().clone()
     }
 
-    /// Forgets what was made in memory: it could not be made durable.
+    /// What was made in memory could not be made durable: the next write reads what is. Nobody is waited for here,
+    /// however long the present one takes.
     pub fn forget(&self) {
-        *self.state() = None;
+        self.lost.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether it was to be forgotten since the last time.
+    pub fn was_lost(&self) -> bool {
+        self.lost.swap(false, Ordering::SeqCst)
+    }
+
+    /// Shows what is durable, if that is another revision: a write that failed may be there all the same.
+    pub fn show(&self, head: Option<Arc<Head>>) {
+        let revision = |head: &Option<Arc<Head>>| head.as_ref().map(|head| head.revision);
+        self.shown.send_if_modified(|shown| {
+            let is_other = revision(shown) != revision(&head);
+            if is_other {
+                *shown = head;
+            }
+            is_other
+        });
     }
 }

@@ -124,7 +124,7 @@ pub fn delete(transaction: &WriteTransaction, id: &str, base: u64) -> Read<Outco
     transaction.open_table(KEYS)?.retain_in((id, "")..(after.as_str(), ""), |_, _| false)?;
     let mut numbers = transaction.open_table(NUMBERS)?;
     let first = numbers.get(FIRST_REVISION)?.map_or(1, |number| number.value());
-    numbers.insert(FIRST_REVISION, first.max(base + 1))?;
+    numbers.insert(FIRST_REVISION, first.max(base + 2))?;
     Ok(Outcome::Written)
 }
 

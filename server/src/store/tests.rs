@@ -38,7 +38,7 @@ fn put_if(
 }
 
 fn wait(writing: Writing) -> Result<Written, Refusal> {
-    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     runtime.block_on(writing.durable())
 }
 
@@ -303,4 +303,30 @@ fn a_long_history_takes_a_bounded_file_and_loses_no_revision_that_it_names() {
         wait(store.turn("a", &Condition::default(), None, Kind::Undo).unwrap()).unwrap();
     }
     assert_eq!(store.head("a").unwrap().scene.far_m, large.far_m + 1500.0);
+}
+
+/// A change may be longer than any patch that a client sends, and is read back all the same.
+#[test]
+fn a_long_change_is_read_again_and_undone() {
+    let memory = Memory::default();
+    let store = on(&memory);
+    let blobs: Vec<_> = (0..45_000).map(|i| serde_json::json!({"center": [i, 0, 0]})).collect();
+    let terms = serde_json::json!({"fog": {"terms": [{"kind": "gaussians", "blobs": blobs}]}});
+    let large = scene(&terms);
+    let make = |_: Option<&Head>, _| Ok(Made::whole(large.clone(), Kind::Put));
+    wait(store.write("a", &Condition::default(), None, make).unwrap()).unwrap();
+    let shorter = |head: Option<&Head>, _| {
+        let mut after = (*head.unwrap().scene).clone();
+        let fogbank_core::scene::Term::Gaussians(gaussians) = &mut after.fog.terms[0] else {
+            unreachable!()
+        };
+        gaussians.blobs.truncate(34_000);
+        Ok(Made::whole(after.check().unwrap(), Kind::Put))
+    };
+    let written = wait(store.write("a", &Condition::default(), None, shorter).unwrap()).unwrap();
+    assert!(written.patch.0.len() > 10_000);
+    drop(store);
+    let store = on(&memory.copied());
+    wait(store.turn("a", &Condition::default(), None, Kind::Undo).unwrap()).unwrap();
+    assert_eq!(store.head("a").unwrap().scene.fog, large.fog);
 }

@@ -75,6 +75,10 @@ fn serve(vault: &Vault, orders: Vec<Order>) {
                 order.answer(result);
             }
         }
+        // One of them may be what does not fit: each for itself, in their order.
+        Err(_) if orders.len() > 1 => {
+            orders.into_iter().for_each(|order| serve(vault, vec![order]));
+        }
         Err(failure) => {
             // Before anybody hears of it: the next write must not begin with what was lost.
             orders.iter().for_each(|order| order.room.forget());

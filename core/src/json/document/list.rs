@@ -25,9 +25,23 @@ impl<T: Part> Part for Vec<T> {
         }
         let Some(items) = node.items() else { return read_part(node, at, check) };
         let items = std::mem::take(items).into_iter().enumerate();
-        // All are looked at, so that all that is wrong is told.
-        let items: Vec<_> = items.map(|(i, item)| T::close(item, &at.item(i), check)).collect();
-        items.into_iter().collect()
+        let mut closed = Self::new();
+        let mut is_whole = true;
+        for (i, item) in items {
+            // As much as an answer lists of what is wrong is looked for, and no more.
+            if check.found() >= Checker::MOST {
+                return None;
+            }
+            match T::close(item, &at.item(i), check) {
+                Some(item) => closed.push(item),
+                None => is_whole = false,
+            }
+        }
+        is_whole.then_some(closed)
+    }
+
+    fn values(&self) -> usize {
+        1 + self.iter().map(T::values).sum::<usize>()
     }
 
     fn differ(before: &Self, after: &Self, at: &Place, patch: &mut Vec<Operation>) {
@@ -105,6 +119,10 @@ impl<T: Part> Part for Shared<T> {
 
     fn close(node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
         node.typed().or_else(|| T::close(node, at, check).map(Self::from))
+    }
+
+    fn values(&self) -> usize {
+        T::values(self)
     }
 
     fn differ(before: &Self, after: &Self, at: &Place, patch: &mut Vec<Operation>) {

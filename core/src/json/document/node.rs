@@ -25,6 +25,8 @@ pub trait Kept: Send + Sync {
     fn open(&self) -> Node;
     /// All of it.
     fn value(&self) -> Value;
+    /// How many values stand in it, near enough.
+    fn values(&self) -> usize;
     /// For whoever knows the type.
     fn as_any(&self) -> &dyn Any;
 }
@@ -36,6 +38,10 @@ impl<T: Part> Kept for T {
 
     fn value(&self) -> Value {
         serde_json::to_value(self).unwrap_or_default()
+    }
+
+    fn values(&self) -> usize {
+        Part::values(self)
     }
 
     fn as_any(&self) -> &dyn Any {
@@ -165,13 +171,13 @@ impl Node {
         }
     }
 
-    /// How many values stand in it, and how deep; a typed part counts as one.
+    /// How many values stand in it, and how deep; a typed part counts as one level.
     pub fn weight(&self) -> Weight {
         match self {
             Self::Plain(value) => weight(value),
             Self::Object(members) => Weight::around(members.values().map(Self::weight)),
             Self::List(items) => Weight::around(items.iter().map(Self::weight)),
-            Self::Kept(_) => Weight { values: 1, depth: 1 },
+            Self::Kept(part) => Weight { values: part.values(), depth: 1 },
         }
     }
 }
@@ -206,6 +212,8 @@ pub fn weight(value: &Value) -> Weight {
     match value {
         Value::Object(members) => Weight::around(members.values().map(weight)),
         Value::Array(items) => Weight::around(items.iter().map(weight)),
+        // A long text takes as much as many numbers.
+        Value::String(text) => Weight { values: 1 + text.len() / 32, depth: 1 },
         _ => Weight { values: 1, depth: 1 },
     }
 }

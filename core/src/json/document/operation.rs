@@ -4,7 +4,7 @@ use super::difference::Place;
 use super::node::{Node, weight};
 use crate::json::limits::COUNTS;
 use crate::json::tagged::tagged;
-use crate::json::{Code, Problem, bounded};
+use crate::json::{Checker, Code, Problem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -84,9 +84,8 @@ operation!(
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Patch(
-    #[serde(deserialize_with = "bounded::list::<{ COUNTS.operations }, _, _>")]
-    #[schemars(length(max = COUNTS.operations))]
-    pub Vec<Operation>,
+    // What this program wrote itself may be longer: a client's is counted by `check`.
+    #[schemars(length(max = COUNTS.operations))] pub Vec<Operation>,
 );
 
 /// Levels that a document may have while it is patched: more than any scene, and few enough for every
@@ -115,6 +114,11 @@ impl Operation {
 }
 
 impl Patch {
+    /// Counts the operations of a client's patch.
+    pub fn check(&self, check: &mut Checker, at: impl FnOnce() -> String) {
+        check.count(self.0.len(), COUNTS.operations, "operations", at);
+    }
+
     /// Changes a document.
     ///
     /// # Errors
@@ -170,8 +174,10 @@ impl Operation {
                 add(document, &path, value)
             }
             Self::Test(Test { path, value }) => {
-                let there = find(document, &tokens(&path, "path")?, "path")?.clone().into_value();
-                spend(left, weight(&there).values)?;
+                let there = find(document, &tokens(&path, "path")?, "path")?;
+                // Before it is written out.
+                spend(left, there.weight().values)?;
+                let there = there.clone().into_value();
                 if is_same(&there, &value) {
                     return Ok(());
                 }

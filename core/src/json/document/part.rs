@@ -22,6 +22,11 @@ pub trait Part:
         node.typed().or_else(|| read_part(node, at, check))
     }
 
+    /// How many values stand in it, near enough.
+    fn values(&self) -> usize {
+        16
+    }
+
     /// Appends what turns `before` into `after`.
     fn differ(before: &Self, after: &Self, at: &Place, patch: &mut Vec<Operation>) {
         if before != after {
@@ -86,6 +91,10 @@ macro_rules! parts {
                 Some(whole)
             }
 
+            fn values(&self) -> usize {
+                16 $(+ $crate::json::document::Part::values(&self.$part))*
+            }
+
             fn differ(
                 before: &Self,
                 after: &Self,
@@ -140,6 +149,12 @@ macro_rules! union_parts {
                         Part::close(node, at, check).map(Self::$Variant)
                     })+
                     _ => read_part(node, at, check),
+                }
+            }
+
+            fn values(&self) -> usize {
+                match self {
+                    $(Self::$Variant(variant) => $crate::json::document::Part::values(variant)),+
                 }
             }
 

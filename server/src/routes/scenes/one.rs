@@ -15,7 +15,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::edit::{close, in_scene, open};
 use fogbank_core::json::document::{Node, Patch};
-use fogbank_core::scene::{CheckedScene, Problem as Wrong, Scene};
+use fogbank_core::scene::{CheckedScene, Checker, Problem as Wrong, Scene};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -117,7 +117,7 @@ pub async fn patch(
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
     let name = content_type.unwrap_or_default().split(';').next().unwrap_or_default().trim();
     if name.eq_ignore_ascii_case(JSON_PATCH) {
-        let body = app.intake.digest(request, Ok::<Patch, Vec<Wrong>>).await?;
+        let body = app.intake.digest(request, counted).await?;
         return patch_with(app, id, headers, body, |patch, document| {
             patch.apply(document).map_err(|problem| Refusal::Invalid(vec![problem]))
         })
@@ -136,6 +136,12 @@ pub async fn patch(
     let accepted =
         HeaderValue::from_static("application/merge-patch+json, application/json-patch+json");
     Ok(([("accept-patch", accepted)], problem).into_response())
+}
+
+fn counted(patch: Patch) -> Result<Patch, Vec<Wrong>> {
+    let mut check = Checker::default();
+    patch.check(&mut check, String::new);
+    check.finish(patch)
 }
 
 async fn patch_with<T: Send + 'static>(
