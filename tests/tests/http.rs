@@ -491,12 +491,24 @@ fn every_documented_path_is_there_and_nothing_else() {
         "/v1/probe",
         "/v1/progress/{job}",
         "/v1/render",
+        "/v1/scenes",
+        "/v1/scenes/{id}",
+        "/v1/scenes/{id}/edits",
+        "/v1/scenes/{id}/frame",
+        "/v1/scenes/{id}/history",
+        "/v1/scenes/{id}/live",
+        "/v1/scenes/{id}/optical-depth",
+        "/v1/scenes/{id}/probe",
+        "/v1/scenes/{id}/redo",
+        "/v1/scenes/{id}/select",
+        "/v1/scenes/{id}/undo",
         "/v1/selftest",
     ];
     assert_eq!(names, expected);
     for (path, operations) in paths {
         if path.contains('{') {
-            server.get(path).expect_problem(404);
+            let verb = if operations["get"].is_object() { "GET" } else { "POST" };
+            server.send_as(verb, path, "application/json", &json!({})).expect_problem(404);
         } else if operations["get"].is_object() {
             server.get(path).expect_success();
         } else if operations["post"]["requestBody"].is_null() {
