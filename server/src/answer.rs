@@ -149,7 +149,7 @@ fn takes_gzip(request: &HeaderMap) -> bool {
 }
 
 /// The members of a header that is a list.
-fn members(headers: &HeaderMap, name: HeaderName) -> impl Iterator<Item = &str> {
+pub fn members(headers: &HeaderMap, name: HeaderName) -> impl Iterator<Item = &str> {
     let lines = headers.get_all(name).into_iter().filter_map(|line| line.to_str().ok());
     lines.flat_map(|line| line.split(',')).map(str::trim)
 }

@@ -1,5 +1,6 @@
 //! What a request expects of what it asks for: revisions as entity tags, and keys of requests that may be repeated.
 
+use crate::answer;
 use crate::problem::Problem;
 use crate::store::{Condition, Refusal};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -56,8 +57,7 @@ fn typed<H: headers::Header>(
 
 /// The revisions that `If-Match` lists; other tags are of none.
 fn revisions(headers: &HeaderMap) -> Vec<u64> {
-    let lines = headers.get_all(header::IF_MATCH).into_iter().filter_map(|line| line.to_str().ok());
-    let tags = lines.flat_map(|line| line.split(',')).map(str::trim);
+    let tags = answer::members(headers, header::IF_MATCH);
     tags.filter_map(|tag| tag.strip_prefix('"')?.strip_suffix('"')?.parse().ok()).collect()
 }
 

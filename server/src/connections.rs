@@ -4,6 +4,7 @@ use crate::app::{App, Phase};
 use crate::budget::{Budget, Client, Held};
 use crate::layers::Spare;
 use crate::routes;
+use crate::seat::Seat;
 use crate::socket::Socket;
 use axum::Router;
 use axum::extract::Request;
@@ -16,7 +17,6 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
@@ -64,11 +64,6 @@ enum Place {
     Spare,
 }
 
-/// A place that is held, and what tells that somebody still converses. Whoever goes on with a connection as something
-/// else than HTTP keeps a copy.
-#[derive(Clone)]
-pub struct Seat(Arc<(Place, Option<mpsc::Sender<()>>)>);
-
 impl Connections {
     /// Nobody is connected yet.
     pub fn new(app: App) -> Self {
@@ -102,9 +97,9 @@ impl Connections {
         let place = self.places.take(client, 1).map_or(Place::Spare, Place::Own);
         let is_spare = matches!(place, Place::Spare);
         let (router, phase) = (self.router.clone(), self.phase.clone());
-        let seat = Seat(Arc::new((place, self.alive.clone())));
+        let seat = Seat::holding((place, self.alive.clone()));
         let conversation = tokio::spawn(async move {
-            if let Err(error) = converse(stream, client, seat, router, phase).await {
+            if let Err(error) = converse(stream, (client, is_spare), seat, router, phase).await {
                 tracing::debug!("connection: {error}");
             }
         });
@@ -131,13 +126,12 @@ impl Connections {
 
 async fn converse(
     stream: TcpStream,
-    client: Client,
+    (client, is_spare): (Client, bool),
     seat: Seat,
     router: Router,
     phase: watch::Receiver<Phase>,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let is_spare = matches!(seat.0.0, Place::Spare);
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(client);

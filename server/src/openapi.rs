@@ -2,6 +2,7 @@
 
 use crate::answer::JSON;
 use crate::problem::{self, Problem};
+use crate::scene_id;
 use crate::watch;
 use axum::http::StatusCode;
 use fogbank_core::image::Format;
@@ -123,7 +124,7 @@ impl Operation {
     /// Is about the scene that the path names.
     pub fn of_scene(self) -> Self {
         let id = json!({ "in": "path", "name": "id", "required": true, "description": "The scene's id.",
-            "schema": { "type": "string", "pattern": "^[a-z0-9-]{1,64}$" } });
+            "schema": { "type": "string", "pattern": scene_id::PATTERN } });
         self.with_parameter(id).refuses(&[StatusCode::NOT_FOUND])
     }
 

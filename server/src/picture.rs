@@ -10,7 +10,7 @@ use crate::watch::JobId;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::frame::Lap;
-use fogbank_core::image::{EncodeError, Format};
+use fogbank_core::image::{EncodeError, Format, encode};
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
@@ -26,6 +26,18 @@ pub struct Encoded {
     pub content_type: &'static str,
     /// A header of this kind of file alone.
     pub extra: Option<(HeaderName, String)>,
+}
+
+impl Encoded {
+    /// A frame as a file of some format.
+    ///
+    /// # Errors
+    /// Those of the encoder.
+    pub fn of(frame: &Frame, view: &View, format: Format) -> Result<Self, EncodeError> {
+        let bytes = encode(frame, view, format)?;
+        let (content_type, backend) = (format.content_type(), frame.backend);
+        Ok(Self { bytes, backend, content_type, extra: None })
+    }
 }
 
 /// What a job made, and what each of its passes took, in order.

@@ -16,4 +16,5 @@ pub mod quadrature;
 pub mod scenes;
 pub mod selftest;
 pub mod server;
+pub mod soak;
 pub mod trials;

@@ -1,8 +1,8 @@
 //! The live preview over its socket.
 
-use fogbank_tests::directory::rounds;
 use fogbank_tests::live::{Heard, Viewer, open};
 use fogbank_tests::server::Server;
+use fogbank_tests::soak::rounds;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 

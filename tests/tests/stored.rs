@@ -1,9 +1,10 @@
 //! Scenes that live on the server: every route of them, and what is promised of what was acknowledged.
 
 use fogbank_tests::decode;
-use fogbank_tests::directory::{Directory, rounds};
+use fogbank_tests::directory::Directory;
 use fogbank_tests::http::{Answer, Request};
 use fogbank_tests::server::{Server, command};
+use fogbank_tests::soak::rounds;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,6 +1,6 @@
 //! Copies of blobs, beside them and in the same term.
 
-use super::term::{Name, gaussians, places};
+use super::term::{Name, picked};
 use super::{Desk, Refused, Tool};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Checker, Vec3, bounded};
@@ -30,11 +30,10 @@ impl Tool for Copy {
 
     fn apply(&self, scene: &CheckedScene, _desk: &mut Desk) -> Result<Scene, Refused> {
         let mut after = (**scene).clone();
-        let gaussians = gaussians(&mut after, &self.term)?;
-        let places = places(&self.blobs, gaussians.blobs.len())?;
+        let (blobs, places) = picked(&mut after, &self.term, &self.blobs)?;
         let copies: Vec<_> =
-            places.iter().map(|place| moved(&gaussians.blobs[*place], self.offset)).collect();
-        gaussians.blobs.extend(copies);
+            places.iter().map(|place| moved(&blobs[*place], self.offset)).collect();
+        blobs.extend(copies);
         Ok(after)
     }
 

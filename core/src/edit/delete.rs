@@ -1,6 +1,6 @@
 //! Blobs that are deleted.
 
-use super::term::{Name, gaussians, places};
+use super::term::{Name, picked};
 use super::{Desk, Refused, Tool};
 use crate::json::limits::COUNTS;
 use crate::json::{Checker, bounded};
@@ -27,10 +27,9 @@ impl Tool for Delete {
 
     fn apply(&self, scene: &CheckedScene, _desk: &mut Desk) -> Result<Scene, Refused> {
         let mut after = (**scene).clone();
-        let gaussians = gaussians(&mut after, &self.term)?;
-        let mut places = places(&self.blobs, gaussians.blobs.len())?.into_iter().peekable();
-        let mut place = 0;
-        gaussians.blobs.retain(|_| {
+        let (blobs, places) = picked(&mut after, &self.term, &self.blobs)?;
+        let (mut places, mut place) = (places.into_iter().peekable(), 0);
+        blobs.retain(|_| {
             place += 1;
             places.next_if_eq(&(place - 1)).is_none()
         });

@@ -2,8 +2,8 @@
 
 use super::term::{Name, emitter};
 use super::{Desk, Refused, Tool};
-use crate::json::Checker;
-use crate::json::document::{Node, Part, Place};
+use crate::json::document::{Node, closed};
+use crate::json::{Checker, Problem};
 use crate::media::Term;
 use crate::media::emitter::Emitter;
 use crate::scene::{CheckedScene, Scene};
@@ -65,17 +65,10 @@ impl Tool for EmitterUpdate {
         let (_, emitter) = emitter(&mut after, &self.term)?;
         let mut node = Node::kept(emitter);
         node.merge(Value::Object(self.changes.clone()));
-        let mut check = Checker::default();
-        let changed = Emitter::close(node, &Place::Root, &mut check);
-        let problems = check.finish(changed).map_err(|mut problems| problems.swap_remove(0));
-        match problems {
-            Ok(Some(changed)) => *emitter = changed,
-            Ok(None) => {}
-            Err(problem) => {
-                let member = format!("changes{}", problem.pointer);
-                return Err(Refused::Member { member, code: problem.code, detail: problem.detail });
-            }
-        }
+        *emitter = closed(node).map_err(|mut problems: Vec<Problem>| {
+            let Problem { pointer, code, detail } = problems.swap_remove(0);
+            Refused::Member { member: format!("changes{pointer}"), code, detail }
+        })?;
         Ok(after)
     }
 }

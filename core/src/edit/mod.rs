@@ -29,7 +29,7 @@ pub use emitter::{EmitterAdd, EmitterRemove, EmitterUpdate};
 pub use erase::Erase;
 pub use fogmap_paint::FogmapPaint;
 pub use paint_stroke::PaintStroke;
-pub use patch::{PatchScene, close, open};
+pub use patch::PatchScene;
 pub use select::{SelectRequest, Selected, SelectedBlobs};
 pub use shift::Move;
 pub use simulate::Simulate;
@@ -125,11 +125,6 @@ impl Edit {
     pub fn op(&self) -> &'static str {
         self.word()
     }
-
-    /// Looks at its numbers, and counts what it would make; `at` names its members.
-    pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
-        self.tool().check(check, at);
-    }
 }
 
 /// What changes are made with.
@@ -178,7 +173,14 @@ impl From<Interrupted> for Refused {
     }
 }
 
-/// A scene after some changes, one after the other: all of them, or none.
+/// Looks at the numbers of some changes, and counts what they would make, before anything is made.
+pub fn check(edits: &[Edit], check: &mut Checker) {
+    for (i, edit) in edits.iter().enumerate() {
+        edit.tool().check(check, &|name| format!("/edits/{i}/{name}"));
+    }
+}
+
+/// A scene after some changes that were [checked](check()), one after the other: all of them, or none.
 ///
 /// # Errors
 /// What is wrong with one of them, or with the scene as it would be.
@@ -187,11 +189,6 @@ pub fn apply(
     edits: &[Edit],
     desk: &mut Desk,
 ) -> Result<CheckedScene, Refusal> {
-    let mut check = Checker::default();
-    for (i, edit) in edits.iter().enumerate() {
-        edit.check(&mut check, &|name| format!("/edits/{i}/{name}"));
-    }
-    check.finish(()).map_err(Refusal::Invalid)?;
     edits.iter().enumerate().try_fold(scene.clone(), |scene, (i, edit)| {
         let tool = edit.tool();
         desk.progress.check().map_err(|_| Refusal::Interrupted)?;

@@ -1,7 +1,7 @@
 //! Blobs that are moved: `move`, which Rust keeps for itself.
 
 use super::copy::moved;
-use super::term::{Name, gaussians, places};
+use super::term::{Name, picked};
 use super::{Desk, Refused, Tool};
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Checker, Vec3, bounded};
@@ -32,9 +32,7 @@ impl Tool for Move {
 
     fn apply(&self, scene: &CheckedScene, _desk: &mut Desk) -> Result<Scene, Refused> {
         let mut after = (**scene).clone();
-        let gaussians = gaussians(&mut after, &self.term)?;
-        let places = places(&self.blobs, gaussians.blobs.len())?;
-        let blobs = &mut *gaussians.blobs;
+        let (blobs, places) = picked(&mut after, &self.term, &self.blobs)?;
         places.into_iter().for_each(|place| blobs[place] = moved(&blobs[place], self.offset));
         Ok(after)
     }

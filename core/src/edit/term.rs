@@ -5,7 +5,7 @@ use crate::json::limits::COUNTS;
 use crate::media::Term;
 use crate::media::emitter::Emitter;
 use crate::media::fogmap::Fogmap;
-use crate::scene::{Gaussians, Scene};
+use crate::scene::{Blob, Gaussians, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -106,15 +106,21 @@ pub fn fogmap<'a>(scene: &'a mut Scene, name: &Name) -> Result<&'a mut Fogmap, R
     }
 }
 
-/// Places of blobs in their list, each once and in order.
-pub fn places(blobs: &[u32], count: usize) -> Result<Vec<usize>, Refused> {
+/// A term's blobs, and places among them, each once and in order.
+pub fn picked<'a>(
+    scene: &'a mut Scene,
+    name: &Name,
+    blobs: &[u32],
+) -> Result<(&'a mut Vec<Blob>, Vec<usize>), Refused> {
+    let all = &mut *gaussians(scene, name)?.blobs;
     let mut places: Vec<_> = blobs.iter().map(|place| *place as usize).collect();
     places.sort_unstable();
     places.dedup();
     match places.last() {
-        Some(last) if *last >= count => {
-            Err(Refused::conflict("blobs", format!("there is no blob {last}: there are {count}")))
+        Some(last) if *last >= all.len() => {
+            let detail = format!("there is no blob {last}: there are {}", all.len());
+            Err(Refused::conflict("blobs", detail))
         }
-        _ => Ok(places),
+        _ => Ok((all, places)),
     }
 }

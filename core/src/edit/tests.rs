@@ -1,7 +1,7 @@
 //! Laws of the edits.
 
 use super::*;
-use crate::json::document::{Patch, difference};
+use crate::json::document::{Node, Patch, closed, difference};
 use crate::presets;
 use crate::random::Random;
 use crate::scene::{Blob, Shape, Term, Vec3};
@@ -43,6 +43,9 @@ impl Hand {
 
     fn try_edit(&mut self, scene: &CheckedScene, edits: Value) -> Result<CheckedScene, Refusal> {
         let edits: Vec<Edit> = crate::json::read(edits.to_string().as_bytes()).unwrap();
+        let mut checker = Checker::default();
+        check(&edits, &mut checker);
+        checker.finish(()).map_err(Refusal::Invalid)?;
         let surfaces = |scene: &CheckedScene| {
             Geometry::build(&scene.surfaces, &Progress::default()).map(Arc::new)
         };
@@ -125,9 +128,9 @@ fn any_edit(random: &mut Random) -> Value {
 
 fn patched(scene: &Scene, patch: &Patch) -> Scene {
     let text = serde_json::to_string(patch).unwrap();
-    let mut document = open(scene);
+    let mut document = Node::kept(scene);
     serde_json::from_str::<Patch>(&text).unwrap().apply(&mut document).unwrap();
-    close(document).unwrap()
+    closed(document).unwrap()
 }
 
 fn text(scene: &Scene) -> String {

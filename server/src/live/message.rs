@@ -1,7 +1,7 @@
 //! What goes over the socket.
 
+use crate::edits::EditsRequest;
 use crate::problem::Problem;
-use crate::routes::EditsRequest;
 use fogbank_core::edit::Edit;
 use fogbank_core::json::document::Patch;
 use fogbank_core::request::{FrameRequest, Layer, Quality, Tonemap, View};

@@ -8,12 +8,12 @@ mod picture;
 mod scale;
 mod viewer;
 
-use crate::app::{App, Phase};
+use crate::app::App;
 use crate::budget::Client;
-use crate::connections::Seat;
 use crate::openapi::Operation;
 use crate::problem::Problem;
-use crate::routes::SceneId;
+use crate::scene_id::SceneId;
+use crate::seat::Seat;
 use crate::store::Refusal;
 use axum::Extension;
 use axum::extract::State;
@@ -76,9 +76,4 @@ pub fn live_operation(_: &mut SchemaGenerator) -> Operation {
         .of_scene()
         .content("text/plain", json!({ "schema": { "type": "string" } }))
         .refuses(&[StatusCode::FORBIDDEN, StatusCode::SERVICE_UNAVAILABLE])
-}
-
-/// Waits until viewers must go.
-async fn must_go(phase: tokio::sync::watch::Receiver<Phase>) {
-    Phase::Draining.begun(phase).await;
 }

@@ -2,15 +2,14 @@
 //! a full frame when they rest.
 
 use super::message::{Down, Tier, Up, Wanted, of_edit};
-use super::must_go;
 use super::picture::{Picture, Task, make};
 use super::scale::Scale;
-use crate::app::App;
+use crate::app::{App, Phase};
 use crate::budget::Client;
+use crate::edits::EditsRequest;
 use crate::estimate::lane_of_picture;
 use crate::problem::Problem;
 use crate::queue::Lane;
-use crate::routes::EditsRequest;
 use crate::store::record::Head;
 use crate::store::{Condition, Refusal, Room};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
@@ -129,7 +128,7 @@ impl Viewer {
         let mut beat = interval(HEARTBEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut heard = Instant::now();
-        let mut going = std::pin::pin!(must_go(self.app.phase.clone()));
+        let mut going = std::pin::pin!(Phase::Draining.begun(self.app.phase.clone()));
         loop {
             self.begin();
             // While a draft is made the scene that it shows is the newest that the client hears of.

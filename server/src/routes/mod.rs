@@ -15,8 +15,6 @@ mod render;
 mod scenes;
 mod selftest;
 
-pub use scenes::{EditsRequest, SceneId};
-
 use crate::app::App;
 use crate::layers;
 use crate::live;

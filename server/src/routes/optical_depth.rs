@@ -11,7 +11,7 @@ use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
 use fogbank_core::Frame;
-use fogbank_core::image::{EncodeError, Format, encode, encode_png16};
+use fogbank_core::image::{EncodeError, Format, encode_png16};
 use fogbank_core::request::{OpticalDepthRequest, View};
 use schemars::SchemaGenerator;
 use serde_json::json;
@@ -41,14 +41,13 @@ pub async fn render(
 
 /// Encodes it; a PNG has 16 bits a pixel and a scale.
 pub fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded, EncodeError> {
-    let content_type = format.content_type();
     if format != Format::Png {
-        let bytes = encode(frame, view, format)?;
-        return Ok(Encoded { bytes, backend: frame.backend, content_type, extra: None });
+        return Encoded::of(frame, view, format);
     }
     let (bytes, scale) = encode_png16(frame)?;
     let name = HeaderName::from_static("fog-optical-depth-scale");
     let extra = Some((name, scale.to_string()));
+    let content_type = format.content_type();
     Ok(Encoded { bytes, backend: frame.backend, content_type, extra })
 }
 

@@ -10,7 +10,7 @@ use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::response::Response;
 use fogbank_core::Frame;
-use fogbank_core::image::{Format, encode};
+use fogbank_core::image::Format;
 use fogbank_core::request::RenderRequest;
 use schemars::SchemaGenerator;
 use serde_json::{Value, json};
@@ -25,11 +25,7 @@ pub async fn render(
     let job = JobId::of(request.headers())?;
     let (scene, mut view) = app.intake.read(request, RenderRequest::check).await?;
     view = view.for_format(format);
-    let encode = move |frame: &Frame| {
-        let bytes = encode(frame, &view, format)?;
-        let (content_type, backend) = (format.content_type(), frame.backend);
-        Ok(Encoded { bytes, backend, content_type, extra: None })
-    };
+    let encode = move |frame: &Frame| Encoded::of(frame, &view, format);
     picture::answer(&app, client, job, scene, view, format, encode).await
 }
 

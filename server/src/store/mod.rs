@@ -16,9 +16,9 @@ mod writer;
 pub use room::Room;
 pub use vault::Failure;
 
-use fogbank_core::edit::{Strokes, close, open};
-use fogbank_core::json::document::{Patch, difference};
-use fogbank_core::scene::{CheckedScene, Problem as Wrong};
+use fogbank_core::edit::Strokes;
+use fogbank_core::json::document::{Node, Patch, closed, difference};
+use fogbank_core::scene::{CheckedScene, Problem as Wrong, Scene};
 use record::{Change, Head, Heading, Kind, Record, Row};
 use room::State;
 use std::path::Path;
@@ -307,7 +307,7 @@ impl Store {
                 if is_undo { "there is nothing to undo" } else { "there is nothing to do again" };
             let [first, last] = group.ok_or(Refusal::Nothing(what))?;
             let mut changes = self.changes(id, state, first, last)?;
-            let mut document = open(&head.scene);
+            let mut document = Node::kept(&*head.scene);
             if is_undo {
                 changes.reverse();
             }
@@ -316,7 +316,7 @@ impl Store {
                 let wrong = |problem: Wrong| Refusal::Failed(problem.detail);
                 patch.apply(&mut document).map_err(wrong)?;
             }
-            let scene = close(document).and_then(|scene| scene.check_after(&head.scene));
+            let scene = closed(document).and_then(|scene: Scene| scene.check_after(&head.scene));
             let scene = scene.map_err(Refusal::Invalid)?;
             Ok(Made { of: Some([first, last]), ..Made::whole(scene, kind) })
         })

@@ -4,10 +4,13 @@ use super::history::History;
 use super::record::{Change, Head, Heading, Record, Row};
 use super::room::State;
 use super::vault::{CHANGES, FIRST_REVISION, KEYS, NUMBERS, REVISIONS, SCENES, SNAPSHOTS, STROKES};
-use fogbank_core::edit::{close, open};
+use fogbank_core::json::document::{Node, closed};
 use fogbank_core::scene::{self, Scene};
-use redb::{ReadTransaction, ReadableTable, ReadableTableMetadata, WriteTransaction};
+use redb::{
+    ReadTransaction, ReadableTable, ReadableTableMetadata, TableDefinition, WriteTransaction,
+};
 use serde::de::DeserializeOwned;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Revisions that a scene's history names.
@@ -46,10 +49,7 @@ pub enum Outcome {
 pub fn write(transaction: &WriteTransaction, record: &Record) -> Read<Outcome> {
     let id = record.id.as_str();
     let mut scenes = transaction.open_table(SCENES)?;
-    let row: Option<Row> = match scenes.get(id)? {
-        Some(bytes) => Some(parsed(bytes.value())?),
-        None => None,
-    };
+    let row = row_in(&scenes, id)?;
     if row.map(|row| row.revision) != record.base {
         return Ok(Outcome::Stale);
     }
@@ -105,17 +105,10 @@ fn trim(transaction: &WriteTransaction, id: &str, row: &mut Row) -> Read<()> {
 /// Takes a scene away, if its newest revision is that one.
 pub fn delete(transaction: &WriteTransaction, id: &str, base: u64) -> Read<Outcome> {
     let mut scenes = transaction.open_table(SCENES)?;
-    let row: Option<Row> = match scenes.remove(id)? {
-        Some(bytes) => Some(parsed(bytes.value())?),
-        None => None,
-    };
-    if row.map(|row| row.revision) != Some(base) {
-        // The transaction has other writes: what it took away comes back.
-        if let Some(row) = row {
-            scenes.insert(id, text(&row).as_slice())?;
-        }
+    if row_in(&scenes, id)?.map(|row| row.revision) != Some(base) {
         return Ok(Outcome::Stale);
     }
+    scenes.remove(id)?;
     transaction.open_table(SNAPSHOTS)?.remove(id)?;
     transaction.open_table(STROKES)?.remove(id)?;
     transaction.open_table(REVISIONS)?.retain_in((id, 0)..=(id, u64::MAX), |_, _| false)?;
@@ -151,7 +144,10 @@ pub fn count(transaction: &ReadTransaction) -> Read<u64> {
 
 /// What is known of a scene.
 pub fn row(transaction: &ReadTransaction, id: &str) -> Read<Option<Row>> {
-    let scenes = transaction.open_table(SCENES)?;
+    row_in(&transaction.open_table(SCENES)?, id)
+}
+
+fn row_in(scenes: &impl ReadableTable<&'static str, &'static [u8]>, id: &str) -> Read<Option<Row>> {
     let row = scenes.get(id)?;
     row.map(|row| parsed(row.value())).transpose()
 }
@@ -160,21 +156,28 @@ pub fn row(transaction: &ReadTransaction, id: &str) -> Read<Option<Row>> {
 pub fn headings(
     transaction: &ReadTransaction,
     id: &str,
-    revisions: std::ops::RangeInclusive<u64>,
+    revisions: RangeInclusive<u64>,
 ) -> Read<Vec<Heading>> {
-    let table = transaction.open_table(REVISIONS)?;
-    let range = table.range((id, *revisions.start())..=(id, *revisions.end()))?;
-    range.map(|entry| parsed(entry?.1.value())).collect()
+    of_revisions(transaction, REVISIONS, id, revisions)
 }
 
 /// Changes of a scene's revisions from one to another, in order.
 pub fn changes(
     transaction: &ReadTransaction,
     id: &str,
-    revisions: std::ops::RangeInclusive<u64>,
+    revisions: RangeInclusive<u64>,
 ) -> Read<Vec<Change>> {
-    let table = transaction.open_table(CHANGES)?;
-    let range = table.range((id, *revisions.start())..=(id, *revisions.end()))?;
+    of_revisions(transaction, CHANGES, id, revisions)
+}
+
+fn of_revisions<T: DeserializeOwned>(
+    transaction: &ReadTransaction,
+    table: TableDefinition<(&'static str, u64), &'static [u8]>,
+    id: &str,
+    revisions: RangeInclusive<u64>,
+) -> Read<Vec<T>> {
+    let (first, last) = revisions.into_inner();
+    let range = transaction.open_table(table)?.range((id, first)..=(id, last))?;
     range.map(|entry| parsed(entry?.1.value())).collect()
 }
 
@@ -204,7 +207,7 @@ fn scene(transaction: &ReadTransaction, id: &str, row: &Row) -> Read<scene::Chec
     let snapshots = transaction.open_table(SNAPSHOTS)?;
     let snapshot = snapshots.get(id)?.ok_or_else(|| wrong("its snapshot is missing"))?;
     let snapshot = scene::read::<Scene>(snapshot.value()).map_err(|e| wrong(&e.to_string()))?;
-    let mut document = open(&snapshot);
+    let mut document = Node::kept(&snapshot);
     for change in changes(transaction, id, row.snapshot + 1..=row.revision)? {
         change.patch.apply(&mut document).map_err(|problem| wrong(&problem.detail))?;
     }
@@ -212,5 +215,5 @@ fn scene(transaction: &ReadTransaction, id: &str, row: &Row) -> Read<scene::Chec
         let problem = problems.first();
         wrong(&problem.map_or_else(String::new, |p| format!("{}: {}", p.pointer, p.detail)))
     };
-    close(document).map_err(first)?.check().map_err(first)
+    closed::<Scene>(document).map_err(first)?.check().map_err(first)
 }

@@ -1,9 +1,9 @@
 //! Lists of parts.
 
-use super::difference::Place;
 use super::node::Node;
 use super::operation::Operation;
 use super::part::{Part, read_part};
+use super::place::Place;
 use crate::json::Checker;
 use crate::shared::Shared;
 
@@ -19,10 +19,7 @@ impl<T: Part> Part for Vec<T> {
         Node::List(self.iter().map(Node::kept).collect())
     }
 
-    fn close(mut node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
-        if let Some(whole) = node.typed() {
-            return Some(whole);
-        }
+    fn close_opened(mut node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
         let Some(items) = node.items() else { return read_part(node, at, check) };
         let items = std::mem::take(items).into_iter().enumerate();
         let mut closed = Self::new();
@@ -117,8 +114,8 @@ impl<T: Part> Part for Shared<T> {
         T::open(self)
     }
 
-    fn close(node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
-        node.typed().or_else(|| T::close(node, at, check).map(Self::from))
+    fn close_opened(node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
+        T::close(node, at, check).map(Self::from)
     }
 
     fn values(&self) -> usize {

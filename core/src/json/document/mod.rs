@@ -15,11 +15,15 @@ mod list;
 mod node;
 mod operation;
 mod part;
+mod place;
+mod plain;
 #[cfg(test)]
 mod tests;
 
-pub use difference::{Place, difference, members};
-pub use node::Node;
+pub use difference::difference;
+pub use node::{Node, value};
 pub use operation::{Operation, Patch};
-pub use part::{Part, read_part, value};
+pub use part::{Part, closed, read_part};
 pub(crate) use part::{parts, union_parts};
+pub use place::Place;
+pub use plain::members;

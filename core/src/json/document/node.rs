@@ -1,6 +1,6 @@
 //! The tree of a document: plain JSON, and typed parts that nothing has led into yet.
 
-use super::part::Part;
+use serde::Serialize;
 use serde_json::{Map, Value};
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -31,37 +31,14 @@ pub trait Kept: Send + Sync {
     fn as_any(&self) -> &dyn Any;
 }
 
-impl<T: Part> Kept for T {
-    fn open(&self) -> Node {
-        Part::open(self)
-    }
-
-    fn value(&self) -> Value {
-        serde_json::to_value(self).unwrap_or_default()
-    }
-
-    fn values(&self) -> usize {
-        Part::values(self)
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-}
-
 impl Node {
-    /// A typed part.
-    pub fn kept<T: Part>(part: &T) -> Self {
-        Self::Kept(Arc::new(part.clone()))
-    }
-
     /// A value written out.
-    pub fn plain(value: &impl serde::Serialize) -> Self {
-        Self::Plain(serde_json::to_value(value).unwrap_or_default())
+    pub fn plain(value: &impl Serialize) -> Self {
+        Self::Plain(self::value(value))
     }
 
     /// The typed part that this is, if nothing led into it.
-    pub fn typed<T: Part>(&self) -> Option<T> {
+    pub fn typed<T: Clone + 'static>(&self) -> Option<T> {
         let Self::Kept(part) = self else { return None };
         part.as_any().downcast_ref::<T>().cloned()
     }
@@ -186,6 +163,11 @@ impl From<Value> for Node {
     fn from(value: Value) -> Self {
         Self::Plain(value)
     }
+}
+
+/// A value written out.
+pub fn value(part: &impl Serialize) -> Value {
+    serde_json::to_value(part).unwrap_or_default()
 }
 
 /// The size of a document.

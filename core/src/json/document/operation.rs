@@ -1,7 +1,7 @@
 //! A patch, operation by operation (RFC 6902).
 
-use super::difference::Place;
-use super::node::{Node, weight};
+use super::node::{Node, value, weight};
+use super::place::Place;
 use crate::json::limits::COUNTS;
 use crate::json::tagged::tagged;
 use crate::json::{Checker, Code, Problem};
@@ -99,12 +99,12 @@ const MOST_VALUES: usize = 4_000_000;
 impl Operation {
     /// Puts a value in the place of another.
     pub fn replace(at: &Place, part: &impl Serialize) -> Self {
-        Self::Replace(Replace { path: at.pointer(), value: super::part::value(part) })
+        Self::Replace(Replace { path: at.pointer(), value: value(part) })
     }
 
     /// Sets a member or inserts an item.
     pub fn add(at: &Place, part: &impl Serialize) -> Self {
-        Self::Add(Add { path: at.pointer(), value: super::part::value(part) })
+        Self::Add(Add { path: at.pointer(), value: value(part) })
     }
 
     /// Takes out what is there.

@@ -1,12 +1,16 @@
 //! Types that stay typed in a document until a pointer leads into them.
 
-use super::difference::{Place, members};
-use super::node::Node;
+use super::node::{Kept, Node, value};
 use super::operation::Operation;
-use crate::json::{Checker, ReadError, read};
+use super::place::Place;
+use super::plain::members;
+use crate::json::{Checker, Code, Problem, ReadError, read};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::any::Any;
+use std::sync::Arc;
 
 /// A type of documents, or of parts of them. By itself it opens as a whole.
 pub trait Part:
@@ -17,9 +21,14 @@ pub trait Part:
         Node::plain(self)
     }
 
-    /// The value that a document holds, if nothing in it is refused.
+    /// The value that a document holds, if nothing in it is refused: itself, where nothing led into it.
     fn close(node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
-        node.typed().or_else(|| read_part(node, at, check))
+        node.typed().or_else(|| Self::close_opened(node, at, check))
+    }
+
+    /// The same of what was opened.
+    fn close_opened(node: Node, at: &Place, check: &mut Checker) -> Option<Self> {
+        read_part(node, at, check)
     }
 
     /// How many values stand in it, near enough.
@@ -37,9 +46,41 @@ pub trait Part:
 
 impl Part for f64 {}
 
-/// A value written out.
-pub fn value(part: &impl Serialize) -> serde_json::Value {
-    serde_json::to_value(part).unwrap_or_default()
+impl<T: Part> Kept for T {
+    fn open(&self) -> Node {
+        Part::open(self)
+    }
+
+    fn value(&self) -> Value {
+        value(self)
+    }
+
+    fn values(&self) -> usize {
+        Part::values(self)
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+}
+
+impl Node {
+    /// A typed part.
+    pub fn kept<T: Part>(part: &T) -> Self {
+        Self::Kept(Arc::new(part.clone()))
+    }
+}
+
+/// The value that a whole document holds.
+///
+/// # Errors
+/// Why it holds none, with pointers into it.
+pub fn closed<T: Part>(document: Node) -> Result<T, Vec<Problem>> {
+    let mut check = Checker::default();
+    let value = T::close(document, &Place::Root, &mut check);
+    check.finish(())?;
+    // What holds none says why.
+    value.ok_or_else(Vec::new)
 }
 
 /// Reads a part from its text, as any document is read.
@@ -54,7 +95,7 @@ pub fn read_part<T: Part>(node: Node, at: &Place, check: &mut Checker) -> Option
             None
         }
         Err(ReadError::NotJson(detail)) => {
-            check.refuse(crate::json::Code::Invalid, || at.pointer(), detail);
+            check.refuse(Code::Invalid, || at.pointer(), detail);
             None
         }
     }
@@ -71,15 +112,12 @@ macro_rules! parts {
                 node
             }
 
-            fn close(
+            fn close_opened(
                 mut node: $crate::json::document::Node,
                 at: &$crate::json::document::Place,
                 check: &mut $crate::json::Checker,
             ) -> Option<Self> {
                 use $crate::json::document::{Part, read_part};
-                if let Some(whole) = node.typed() {
-                    return Some(whole);
-                }
                 let Some(members) = node.members() else { return read_part(node, at, check) };
                 $(let $part = members.remove(stringify!($part))
                     .map(|part| Part::close(part, &at.member(stringify!($part)), check));)*
@@ -133,15 +171,12 @@ macro_rules! union_parts {
                 node
             }
 
-            fn close(
+            fn close_opened(
                 mut node: $crate::json::document::Node,
                 at: &$crate::json::document::Place,
                 check: &mut $crate::json::Checker,
             ) -> Option<Self> {
                 use $crate::json::document::{Part, read_part};
-                if let Some(whole) = node.typed() {
-                    return Some(whole);
-                }
                 let kind = node.child("kind").map(|kind| kind.clone().into_value());
                 match kind.as_ref().and_then(serde_json::Value::as_str) {
                     $(Some($kind) => {

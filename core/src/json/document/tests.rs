@@ -1,17 +1,10 @@
 use super::*;
-use crate::json::Checker;
 use crate::presets;
 use crate::random::Random;
 use crate::scene::{Blob, Scene, Shape, Term};
 use json_patch::jsonptr::PointerBuf;
 use proptest::prelude::*;
 use serde_json::{Value, json};
-
-fn closed(node: Node) -> Result<Scene, Vec<crate::json::Problem>> {
-    let mut check = Checker::default();
-    let scene = Scene::close(node, &Place::Root, &mut check);
-    check.finish(()).map(|()| scene.unwrap())
-}
 
 fn patched(scene: &Scene, patch: Value) -> Result<Scene, Vec<crate::json::Problem>> {
     let patch: Patch = serde_json::from_str(&patch.to_string()).unwrap();

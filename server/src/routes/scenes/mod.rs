@@ -1,4 +1,4 @@
-//! Scenes that live on the server: what they are called, and what all their routes share.
+//! Scenes that live on the server: what all their routes share.
 
 mod edits;
 mod list;
@@ -6,7 +6,7 @@ mod one;
 mod pictures;
 mod turns;
 
-pub use edits::{EditsRequest, edit, edit_operation};
+pub use edits::{edit, edit_operation};
 pub use list::{list, list_operation};
 pub use one::{
     delete, delete_operation, get, get_operation, patch, patch_operation, put, put_operation,
@@ -23,9 +23,8 @@ use crate::conditional::{self, tag};
 use crate::extract::Digested;
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::store::record::Head;
 use crate::store::{Condition, Key, Refusal, Store, Writing, Written};
-use axum::extract::{FromRequestParts, Path};
-use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::json::document::Patch;
@@ -33,29 +32,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// Characters of a scene's id.
-const ID_CHARS: usize = 64;
-
-/// What a scene is called: the part of the path.
-#[derive(Clone, Debug)]
-pub struct SceneId(pub String);
-
-impl FromRequestParts<App> for SceneId {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
-        let Path(id) = Path::<String>::from_request_parts(parts, app).await.map_err(|_| no_id())?;
-        let is_plain = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
-        if (1..=ID_CHARS).contains(&id.len()) && id.bytes().all(is_plain) {
-            return Ok(Self(id));
-        }
-        Err(no_id())
-    }
-}
-
-fn no_id() -> Problem {
-    let detail = format!("a scene's id is 1 to {ID_CHARS} of a–z, 0–9 and -");
-    Problem::new(StatusCode::NOT_FOUND, detail)
+/// A scene as it is durable.
+async fn head(app: &App, id: &str) -> Result<Arc<Head>, Problem> {
+    let (store, id) = (Arc::clone(&app.store), id.to_owned());
+    Ok(tokio::task::spawn_blocking(move || store.head(&id)).await??)
 }
 
 /// What a write came to.

@@ -1,6 +1,6 @@
 //! `/v1/scenes/{id}`: a whole scene that comes, is read, is patched and goes.
 
-use super::{Revised, SceneId, a_write, revised, terms, write};
+use super::{Revised, a_write, head, revised, terms, write};
 use crate::answer;
 use crate::app::App;
 use crate::budget::Client;
@@ -8,18 +8,18 @@ use crate::conditional::{self, tag};
 use crate::extract::Digested;
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::scene_id::SceneId;
 use crate::store::record::{Head, Kind};
 use crate::store::{Made, Refusal};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use fogbank_core::edit::{close, in_scene, open};
-use fogbank_core::json::document::{Node, Patch};
+use fogbank_core::edit::in_scene;
+use fogbank_core::json::document::{Node, Patch, closed};
 use fogbank_core::scene::{CheckedScene, Checker, Problem as Wrong, Scene};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::sync::Arc;
 
 /// A scene in an answer may be so many times as large as the largest body: defaults are filled in.
 const SCENE_BYTES: usize = 2 * crate::extract::BODY_BYTES;
@@ -76,8 +76,7 @@ pub async fn get(
     client: Client,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let (store, name) = (Arc::clone(&app.store), id.clone());
-    let head = tokio::task::spawn_blocking(move || store.head(&name)).await??;
+    let head = head(&app, &id).await?;
     let tag = tag(head.revision);
     let etag = [
         (header::ETAG, conditional::value(&tag)),
@@ -167,10 +166,10 @@ fn patched(
     head: &Head,
     apply: impl FnOnce(&mut Node) -> Result<(), Refusal>,
 ) -> Result<CheckedScene, Refusal> {
-    let mut document = open(&head.scene);
+    let mut document = Node::kept(&*head.scene);
     apply(&mut document)?;
     let invalid = |problems| Refusal::Invalid(in_scene(problems));
-    let mut scene = close(document).map_err(invalid)?;
+    let mut scene: Scene = closed(document).map_err(invalid)?;
     scene.name_all();
     scene.check_after(&head.scene).map_err(invalid)
 }

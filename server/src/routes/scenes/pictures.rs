@@ -1,6 +1,6 @@
 //! Pictures and numbers of a scene that the server has: what the stateless routes answer, but nobody sends the scene.
 
-use super::SceneId;
+use super::head;
 use crate::accept;
 use crate::answer;
 use crate::app::App;
@@ -11,6 +11,7 @@ use crate::picture::{self, Encoded};
 use crate::problem::Problem;
 use crate::routes::query::query;
 use crate::routes::{optical_depth as maps, probe as rays};
+use crate::scene_id::SceneId;
 use crate::store::record::Head;
 use crate::watch::JobId;
 use axum::extract::{Request, State};
@@ -18,18 +19,12 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::Frame;
 use fogbank_core::edit::{SelectRequest, Selected};
-use fogbank_core::image::{EncodeError, Format, encode};
+use fogbank_core::image::{EncodeError, Format};
 use fogbank_core::request::{FrameRequest, Layer, Quality, RaysRequest, Tonemap, View};
 use fogbank_core::scene::{CheckedScene, Problem as Wrong};
 use headers::ETag;
 use schemars::SchemaGenerator;
 use serde_json::json;
-use std::sync::Arc;
-
-async fn head(app: &App, id: &str) -> Result<Arc<Head>, Problem> {
-    let (store, id) = (Arc::clone(&app.store), id.to_owned());
-    Ok(tokio::task::spawn_blocking(move || store.head(&id)).await??)
-}
 
 /// A picture of a stored scene, in the format that `Accept` asks for.
 pub async fn frame(
@@ -42,14 +37,9 @@ pub async fn frame(
     let format = accept::choose(&headers, &Format::ALL, Format::content_type)?;
     let (view, time_s) = query(&uri, FrameRequest::check)?;
     let view = view.for_format(format);
-    let encode = move |frame: &Frame| {
-        let bytes = encode(frame, &view, format)?;
-        let (content_type, backend) = (format.content_type(), frame.backend);
-        Ok(Encoded { bytes, backend, content_type, extra: None })
-    };
+    let encode = move |frame: &Frame| Encoded::of(frame, &view, format);
     let head = head(&app, &id).await?;
-    let tag = picture_tag(&app, &head, &uri, format);
-    answer_picture(&app, client, &headers, (head, tag), (view, time_s, format), encode).await
+    answer_picture(&app, client, (&uri, &headers), &head, (view, time_s, format), encode).await
 }
 
 /// Its documentation.
@@ -78,8 +68,7 @@ pub async fn optical_depth(
     let (view, time_s) = query(&uri, check_map)?;
     let encode = move |frame: &Frame| maps::encode_map(frame, &view, format);
     let head = head(&app, &id).await?;
-    let tag = picture_tag(&app, &head, &uri, format);
-    answer_picture(&app, client, &headers, (head, tag), (view, time_s, format), encode).await
+    answer_picture(&app, client, (&uri, &headers), &head, (view, time_s, format), encode).await
 }
 
 /// What a map of optical depths is, whatever else is asked for.
@@ -112,12 +101,13 @@ fn picture_tag(app: &App, head: &Head, uri: &Uri, format: Format) -> ETag {
 async fn answer_picture(
     app: &App,
     client: Client,
-    headers: &HeaderMap,
-    (head, tag): (Arc<Head>, ETag),
+    (uri, headers): (&Uri, &HeaderMap),
+    head: &Head,
     (view, time_s, format): (View, Option<f64>, Format),
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
     let job = JobId::of(headers)?;
+    let tag = picture_tag(app, head, uri, format);
     let fixed = [
         (header::ETAG, conditional::value(&tag)),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),

@@ -1,12 +1,13 @@
 //! A scene's history: what was done, undone and done again.
 
-use super::{Revised, SceneId, a_write, revised, write};
+use super::{Revised, a_write, revised, write};
 use crate::answer;
 use crate::app::App;
 use crate::conditional;
 use crate::openapi::Operation;
 use crate::problem::Problem;
 use crate::routes::query::query;
+use crate::scene_id::SceneId;
 use crate::store::Key;
 use crate::store::record::{Heading, Kind};
 use axum::extract::State;
