@@ -70,35 +70,89 @@ const asJson = (response) => response.json();
 /** The OpenAPI document. */
 export const openapi = () => request("v1/openapi.json", {}, asJson);
 
-/** `[{name, title, description, scene}]` */
-export const presets = async () => (await request("v1/presets", {}, asJson)).presets;
+/** `[{name, title, description}]`: the scene of each is the one of that id. */
+export const presets = async () => (await request("v1/presets?scenes=false", {}, asJson)).presets;
 
-/** Probes rays; `body` is the JSON of `{scene, rays}`. */
-export const probe = async (body) => (await post("v1/probe", body, {}, asJson)).rays;
+const sceneAt = (id, rest = "") => `v1/scenes/${encodeURIComponent(id)}${rest}`;
+
+/** `[{id, revision, at_ms}]` */
+export const scenes = async () => (await request("v1/scenes", { cache: "no-store" }, asJson)).scenes;
+
+/** `{id, revision, scene}` of a stored scene or a preset; `undefined` where it is still at that revision. */
+export async function scene(id, revision) {
+  const headers = revision === undefined ? {} : { "If-None-Match": `"${revision}"` };
+  return reach(async () => {
+    // The browser would answer from what it keeps, and keep another copy of a large scene.
+    const response = await fetch(sceneAt(id), { headers, cache: "no-store" });
+    if (response.status === 304) return undefined;
+    if (!response.ok) throw await problemOf(response);
+    return response.json();
+  });
+}
+
+const NEW = { "If-None-Match": "*" };
+
+/** Stores a scene; with `isNew` there must be none of that id. Answers `{revision}`. */
+export const store = (id, scene, isNew, key) => request(sceneAt(id), {
+  method: "PUT", body: JSON.stringify(scene),
+  headers: { "Content-Type": "application/json", ...(isNew && NEW), ...(key && { "Idempotency-Key": key }) },
+}, asJson);
+
+/** Copies a scene or a preset to a new id. Answers `{revision}`. */
+export const copy = (from, id, key) =>
+  request(sceneAt(id, `?from=${encodeURIComponent(from)}`), { method: "PUT", headers: { ...NEW, "Idempotency-Key": key } }, asJson);
+
+/** Deletes a scene. */
+export const remove = (id) => request(sceneAt(id), { method: "DELETE" }, () => undefined);
+
+/** Makes a change by `route` (`edits`, `undo`, `redo`) under a name of its own. Answers `{revision, patch}`. */
+export function write(id, route, body, key) {
+  const headers = { "Idempotency-Key": key, ...(body && { "Content-Type": "application/json" }) };
+  return request(sceneAt(id, `/${route}`), { method: "POST", body: body && JSON.stringify(body), headers }, asJson);
+}
+
+/** `{can_undo, can_redo}` and the newest revision of a scene. */
+export const history = (id) => request(sceneAt(id, "/history?limit=1"), { cache: "no-store" }, asJson);
+
+/** Probes rays of a scene; `body` is `{rays, time_s?}`. */
+export const probe = async (id, body) => (await post(sceneAt(id, "/probe"), JSON.stringify(body), {}, asJson)).rays;
 
 /** `{state, fraction}` of a job that is on its way: `waiting` or `running`, and how much of it is done. */
 export const progress = (job, signal) => request(`v1/progress/${job}`, { signal, cache: "no-store" }, asJson);
 
+/** The address of a scene's socket; with `revision` its first word need not bring that again. */
+export function liveAddress(id, revision) {
+  const address = new URL(sceneAt(id, `/live${revision === null ? "" : `?revision=${revision}`}`), document.baseURI);
+  address.protocol = address.protocol.replace("http", "ws");
+  return address.href;
+}
+
 /**
- * Compares two airlight estimators; `body` is the JSON of the comparison. Answers the error image and the numbers.
- * Here and in `render`, `signal` gives the job up, and `job` is its name for `progress`.
+ * Compares two airlight estimators on a scene; `body` is `{width, height, camera, a}`. Answers the error image and the
+ * numbers. Here and in `frame`, `signal` gives the job up, and `job` is its name for `progress`.
  */
-export function compare(body, { signal, job }) {
-  return post("v1/compare", body, { accept: "image/png", signal, job }, async (response) => ({
+export function compare(id, body, { signal, job }) {
+  return post(sceneAt(id, "/compare"), JSON.stringify(body), { accept: "image/png", signal, job }, async (response) => ({
     blob: await response.blob(),
     numbers: JSON.parse(response.headers.get("Fog-Comparison")),
   }));
 }
 
-/** Renders a picture; `body` is the JSON of the render request. */
-export function render(body, { accept, signal, job }) {
+/** Renders a picture of a scene, or with `route` `optical-depth` its map; `view` are the parameters of the address. */
+export function frame(id, view, { route = "frame", accept, signal, job }) {
   const sentAt_ms = performance.now();
-  return post("v1/render", body, { accept, signal, job }, async (response) => {
+  const given = Object.entries(view).filter(([, value]) => value !== undefined && value !== null);
+  const text = (value) => (typeof value === "object" ? JSON.stringify(value) : value);
+  const query = new URLSearchParams(given.map(([name, value]) => [name, text(value)]));
+  const headers = { Accept: accept, ...(job && { "Fog-Job": job }) };
+  return request(sceneAt(id, `/${route}?${query}`), { headers, signal, cache: "no-store" }, async (response) => {
     const blob = await response.blob();
     return {
       blob,
+      revision: Number(response.headers.get("Fog-Revision")),
       backend: response.headers.get("Fog-Backend") ?? "",
       serverTiming: response.headers.get("Server-Timing") ?? "",
+      depthRange: response.headers.get("Fog-Depth-Range")?.split(" ").map(Number),
       roundTrip_ms: performance.now() - sentAt_ms,
     };
   });

@@ -4,17 +4,19 @@ import { bindAlternatives } from "./alternatives.js";
 import { LEAVES } from "./controls.js";
 import { button, element } from "./dom.js";
 import { buildFrame, clearButton, kindOptions } from "./frame.js";
-import { buildGroup, buildList } from "./groups.js";
-import { pointerOf } from "./store.js";
+import { buildGroup, buildList, placed } from "./groups.js";
+import { pointerOf } from "./pointer.js";
 
 /** What the fields of one form share. */
 export class Form {
   /** `{node, refresh}` of each control that is on the page. */
   #bindings = [];
 
-  constructor(schemas, store) {
+  /** `getFocus()` answers the point that is looked at: what is added stands there. */
+  constructor(schemas, store, getFocus) {
     this.schemas = schemas;
     this.store = store;
+    this.getFocus = getFocus;
     /** Pointers of the groups that the reader has opened or closed, and which. */
     this.open = new Map();
   }
@@ -48,7 +50,21 @@ export function buildField(form, rawSchema, path, place) {
   if (stored === undefined && value !== undefined) form.store.seed(path, value);
   spot.node = value === undefined || value === null ? buildUnset(spot) : buildShape(spot, shape);
   spot.node.dataset.pointer = pointerOf(path);
+  follow(spot, shape);
   return spot.node;
+}
+
+/** Builds the field anew when its value has another form: an undo, or somebody else, may add and remove. */
+function follow({ form, schema, path, node, rebuild }, shape) {
+  const formOf = () => {
+    const value = form.store.get(path) ?? schema.default ?? (isContainer(shape) ? emptyOf(shape) : null);
+    if (value === null) return "absent";
+    if (shape === "list") return value.length;
+    if (shape === "tagged") return value[form.schemas.tag(schema)];
+    return shape === "choice" ? form.schemas.choiceIndex(schema, value) : "present";
+  };
+  const built = formOf();
+  form.bind(node, () => { if (node.isConnected && formOf() !== built) rebuild(); });
 }
 
 const isContainer = (shape) => shape === "object" || shape === "list";
@@ -133,8 +149,10 @@ function buildTagged(spot) {
   const { node, row, control, names } = buildFrame(spot, [...new Set(docs)].filter(Boolean).join(" "));
   const select = element("select", names, ...kindOptions(variants));
   select.value = chosen.value;
-  select.addEventListener("change", () => {
-    store.set(path, schemas.initialVariant(schema, variants[select.selectedIndex], store.get(path) ?? value));
+  select.addEventListener("change", async () => {
+    const variant = variants[select.selectedIndex];
+    const next = schemas.initialVariant(schema, variant, store.get(path) ?? value);
+    store.set(path, await placed(form, variant.schema, next));
     rebuild();
   });
   control.append(select);

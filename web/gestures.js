@@ -1,4 +1,4 @@
-// Mouse, touch and keyboard on the picture, told as orbit, pan, zoom, hover and tap.
+// Mouse, touch and keyboard on the picture, told as grab, orbit, pan, zoom, hover and tap.
 
 const ORBIT_RAD_PER_HEIGHT = Math.PI;
 const KEY_ORBIT_RAD = (5 * Math.PI) / 180;
@@ -6,49 +6,70 @@ const KEY_PAN = 0.05;
 const KEY_ZOOM = 1.15;
 const TAP_SLOP_PX = 6;
 const WHEEL_LINE_PX = 16;
+const PAN_BUTTONS = 2 | 4;
+const CENTRE = { x: 0.5, y: 0.5 };
 
 /**
- * Binds the gestures of `surface` to `actions`: `orbit(yaw_rad, pitch_rad)`, `pan(rightwards, upwards)` in
- * picture heights, `zoom(factor)`, `hover(point)`, `aim(point)` while dragging, `leave()`, `tap(point)`, `home()`,
- * `probeCentre()`; a point is `{x, y}` from 0 to 1.
+ * Binds the gestures of `surface` to `actions`: `grab(point)` answers `{move(point), end(), isInstant}` where a drag from there
+ * moves or paints something, and nothing where it turns the view; `press(point)` before a view is turned; `orbit(yaw_rad,
+ * pitch_rad)`, `pan(rightwards, upwards)` in picture heights, `zoom(factor, point)`, `resize(delta_px)` answers whether the wheel
+ * means a tool, `hover(point)`, `aim(point)` while dragging, `leave()`, `tap(point)`, and `key(event)`, which answers whether it
+ * knew the key; a point is `{x, y}` from 0 to 1.
  */
 export function bindGestures(surface, actions) {
   bindPointers(surface, actions);
-  surface.addEventListener("wheel", (event) => onWheel(event, actions), { passive: false });
+  surface.addEventListener("wheel", (event) => onWheel(event, surface, actions), { passive: false });
   surface.addEventListener("keydown", (event) => onKey(event, actions));
   surface.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-function pointOf(event, surface) {
+function pointOf({ x, y }, surface) {
   const box = surface.getBoundingClientRect();
-  return { x: (event.clientX - box.left) / box.width, y: (event.clientY - box.top) / box.height };
+  return { x: (x - box.left) / box.width, y: (y - box.top) / box.height };
 }
+
+const pixelOf = (event) => ({ x: event.clientX, y: event.clientY });
+const turnsView = (event) => event.altKey || event.shiftKey || (event.buttons & PAN_BUTTONS) !== 0;
 
 function bindPointers(surface, actions) {
   /** Pointers that are down, by id: where each was last seen, in pixels. */
   const down = new Map();
   let travelled_px = 0;
+  /** What is dragged or painted with, if the view is not. */
+  let held = null;
+  const letGo = () => {
+    held?.end();
+    held = null;
+  };
 
   surface.addEventListener("pointerdown", (event) => {
     surface.setPointerCapture(event.pointerId);
+    const point = pointOf(pixelOf(event), surface);
     if (down.size === 0) travelled_px = 0;
-    down.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    down.set(event.pointerId, pixelOf(event));
+    // A second finger means the view.
+    if (down.size > 1) return letGo();
+    held = turnsView(event) ? null : actions.grab(point);
+    if (!held) actions.press(point);
   });
   surface.addEventListener("pointermove", (event) => {
+    const point = pointOf(pixelOf(event), surface);
     if (!down.has(event.pointerId)) {
-      if (event.pointerType !== "touch") actions.hover(pointOf(event, surface));
+      if (event.pointerType !== "touch") actions.hover(point);
       return;
     }
     const before = [...down.values()];
     const last = down.get(event.pointerId);
-    actions.aim(pointOf(event, surface));
+    actions.aim(point);
     travelled_px += Math.hypot(event.clientX - last.x, event.clientY - last.y);
-    down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (travelled_px > TAP_SLOP_PX) drag(before, [...down.values()], event, surface, actions);
+    down.set(event.pointerId, pixelOf(event));
+    if (held && (held.isInstant || travelled_px > TAP_SLOP_PX)) held.move(point);
+    else if (!held && travelled_px > TAP_SLOP_PX) drag(before, [...down.values()], event, surface, actions);
   });
   const release = (event) => {
-    const wasTap = event.type === "pointerup" && down.size === 1 && travelled_px <= TAP_SLOP_PX;
-    if (down.delete(event.pointerId) && wasTap) actions.tap(pointOf(event, surface));
+    const isTap = event.type === "pointerup" && down.size === 1 && travelled_px <= TAP_SLOP_PX && !held?.isInstant;
+    letGo();
+    if (down.delete(event.pointerId) && isTap) actions.tap(pointOf(pixelOf(event), surface), event.pointerType === "touch");
   };
   surface.addEventListener("pointerup", release);
   surface.addEventListener("pointercancel", release);
@@ -70,19 +91,20 @@ function drag(before, after, event, surface, actions) {
   const down = (to.y - from.y) / height_px;
   if (twoFingers) {
     actions.pan(-across, down);
-    if (spread(before) > 0 && spread(after) > 0) actions.zoom(spread(before) / spread(after));
+    if (spread(before) > 0 && spread(after) > 0) actions.zoom(spread(before) / spread(after), pointOf(to, surface));
   } else if (after.length === 1) {
-    const pans = event.shiftKey || (event.buttons & 6) !== 0;
+    const pans = event.shiftKey || (event.buttons & PAN_BUTTONS) !== 0;
     if (pans) actions.pan(-across, down);
     else actions.orbit(-across * ORBIT_RAD_PER_HEIGHT, down * ORBIT_RAD_PER_HEIGHT);
   }
 }
 
-function onWheel(event, actions) {
+function onWheel(event, surface, actions) {
   event.preventDefault();
   const delta_px = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * WHEEL_LINE_PX;
+  if (!event.ctrlKey && !event.shiftKey && actions.resize(delta_px)) return;
   // A pinch on a touchpad arrives as small wheel steps with the control key.
-  actions.zoom(Math.exp(delta_px * (event.ctrlKey ? 0.01 : 0.001)));
+  actions.zoom(Math.exp(delta_px * (event.ctrlKey ? 0.01 : 0.001)), pointOf(pixelOf(event), surface));
 }
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -92,10 +114,10 @@ function onKey(event, actions) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const arrow = ARROWS[event.key];
   if (arrow && event.shiftKey) actions.pan(arrow[0] * KEY_PAN, arrow[1] * KEY_PAN);
-  else if (arrow) actions.orbit(arrow[0] * KEY_ORBIT_RAD, arrow[1] * KEY_ORBIT_RAD);
-  else if (ZOOM_KEYS[event.key]) actions.zoom(ZOOM_KEYS[event.key]);
-  else if (event.key === "Home") actions.home();
-  else if (event.key.toLowerCase() === "p") actions.probeCentre();
-  else return;
+  else if (arrow) {
+    actions.press(CENTRE);
+    actions.orbit(arrow[0] * KEY_ORBIT_RAD, arrow[1] * KEY_ORBIT_RAD);
+  } else if (ZOOM_KEYS[event.key]) actions.zoom(ZOOM_KEYS[event.key], CENTRE);
+  else if (!actions.key(event)) return;
   event.preventDefault();
 }

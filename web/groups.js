@@ -2,7 +2,7 @@
 
 import { button, docNodes, element, freshId, nameAndUnit, plainDoc } from "./dom.js";
 import { buildInfo, kindOptions } from "./frame.js";
-import { pointerOf } from "./store.js";
+import { pointerOf } from "./pointer.js";
 
 // A longer list shows one entry at a time.
 const UNFOLDED_MOST = 8;
@@ -106,12 +106,25 @@ function buildItemBody(spot, index) {
   return [field, buildItemActions(spot, index)];
 }
 
-/** Writes the list's new entries and shows them; which entries are open is no longer known by their index. */
-function replaceItems({ form, path, rebuild }, items) {
+/** Changes the list's entries and shows them; which entries are open is no longer known by their index. */
+function changeItems({ form, path, rebuild }, change) {
   const prefix = `${pointerOf(path)}/`;
   for (const pointer of form.open.keys()) if (pointer.startsWith(prefix)) form.open.delete(pointer);
-  form.store.set(path, items);
+  change(form.store);
   rebuild();
+}
+
+// Where a thing is, by the names that such properties have.
+const PLACES = ["position", "center"];
+
+/** A new value of that schema where the view looks, if it is somewhere and does not say where. */
+export async function placed(form, schema, value) {
+  const place = PLACES.find((name) => schema.properties?.[name]);
+  const isBox = schema.properties?.min && schema.properties?.max;
+  if (!place && !isBox) return value;
+  const focus = await form.getFocus();
+  if (isBox) return { ...value, min: focus.map((x) => x - 0.5), max: focus.map((x) => x + 0.5) };
+  return { ...value, [place]: focus };
 }
 
 function buildItemActions(spot, index) {
@@ -120,9 +133,9 @@ function buildItemActions(spot, index) {
     const copy = structuredClone(items()[index]);
     // Ids are unique within their list.
     if (copy && typeof copy === "object") delete copy.id;
-    replaceItems(spot, items().toSpliced(index + 1, 0, copy));
+    changeItems(spot, (store) => store.insert(spot.path, index + 1, copy));
   };
-  const remove = () => replaceItems(spot, items().toSpliced(index, 1));
+  const remove = () => changeItems(spot, (store) => store.remove([...spot.path, index]));
   return element("div", { className: "actions" },
     button("Duplicate", duplicate, { className: "small" }), button("Remove", remove, { className: "small danger" }));
 }
@@ -135,11 +148,11 @@ function buildAdd(spot) {
   const variants = schemas.shape(item) === "tagged" ? schemas.variants(item) : [];
   const what = nameAndUnit(String(place.label)).name;
   const select = element("select", { "aria-label": `Kind to add to ${what}` }, ...kindOptions(variants));
-  const add = () => {
+  const add = async () => {
     const variant = variants[select.selectedIndex];
     const value = variant ? schemas.initialVariant(item, variant) : schemas.initial(schema.items);
-    const items = form.store.get(path) ?? [];
-    replaceItems(spot, [...items, value]);
+    const stands = await placed(form, variant?.schema ?? item, value);
+    changeItems(spot, (store) => store.insert(path, (store.get(path) ?? []).length, stands));
   };
   const addButton = button("Add", add, { className: "small", "aria-label": `Add to ${what}` });
   return element("div", { className: "add" }, ...(variants.length > 1 ? [select] : []), addButton);

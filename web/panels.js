@@ -1,14 +1,15 @@
 // The column of panels: which part of the request each one shows, and where the server's complaints appear.
 
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { Form, buildField, buildProperties } from "./fields.js";
 import { buildAbout, buildFold, ensureBuilt } from "./groups.js";
-import { pointerOf } from "./store.js";
+import { pointerOf } from "./pointer.js";
 
 // Set by the page itself: the picture's size, the frame loop's quality, the layer switch.
-const NOT_IN_VIEW = ["scene", "width", "height", "quality", "layer"];
-// Parts of the scene with a panel of their own, in this order; the others share "World".
+const NOT_IN_VIEW = ["scene", "camera", "width", "height", "quality", "layer"];
+// Parts of the scene with a panel of their own, in this order; the others share "World". The camera is the view's own.
 const SCENE_PANELS = ["fog", "lights", "camera", "surfaces"];
+const CAMERA = "camera";
 // For editors of files.
 const NOT_IN_WORLD = ["$schema"];
 const INPUTS = ":scope > .control :is(input, select, textarea, button)";
@@ -18,11 +19,14 @@ export class Panels {
   #root;
   #form;
   #requestSchema;
+  #keepCamera;
   #errors = [];
 
-  constructor(root, schemas, store) {
+  /** `getFocus()` answers the point that is looked at; `keepCamera()` makes the view's camera the scene's. */
+  constructor(root, schemas, store, { getFocus, keepCamera }) {
     this.#root = root;
-    this.#form = new Form(schemas, store);
+    this.#form = new Form(schemas, store, getFocus);
+    this.#keepCamera = keepCamera;
     this.#requestSchema = schemas.body("/v1/render");
   }
 
@@ -48,8 +52,11 @@ export class Panels {
   }
 
   #scenePanel(key, schema) {
-    const path = ["scene", key];
-    const panel = this.#panel(key, (body) => this.#fillPart(body, schema, path));
+    const path = key === CAMERA ? [key] : ["scene", key];
+    const panel = this.#panel(key, (body) => {
+      this.#fillPart(body, schema, path);
+      if (key === CAMERA) body.append(button("Keep as the scene's camera", this.#keepCamera, { className: "small" }));
+    });
     panel.dataset.pointer = pointerOf(path);
     return panel;
   }

@@ -9,14 +9,31 @@ const pause = () => new Promise((resolve) => setTimeout(resolve, PAUSE_MS));
 export class Probe {
   #ask;
   #show;
+  #rayAt;
+  #newest = { point: null, reading: null };
   #point = null;
   #isDue = false;
-  #isBusy = false;
+  #running = null;
 
-  /** `ask(point)` answers a reading; `show(reading, point)` is given `null` where there is none. */
+  /** `ask(rays)` answers a reading for each; `show(reading, point)` is given `null` where there is none. */
   constructor(ask, show) {
     this.#ask = ask;
     this.#show = show;
+  }
+
+  /** `rayAt(point)` answers the ray through a point of the picture. */
+  bind(rayAt) {
+    this.#rayAt = rayAt;
+  }
+
+  /** Readings of some rays, once. */
+  ask(rays) {
+    return this.#ask(rays);
+  }
+
+  /** The newest reading and the point that it is of. */
+  get newest() {
+    return this.#newest;
   }
 
   /** Remembers where to probe next, without probing. */
@@ -24,13 +41,15 @@ export class Probe {
     if (this.#point) this.#point = point;
   }
 
+  /** Probes a point; answers when there is a reading, of this point or a newer one. */
   at(point) {
     this.#point = point;
-    this.refresh();
+    return this.refresh();
   }
 
   clear() {
     this.#point = null;
+    this.#newest = { point: null, reading: null };
     this.#show(null, null);
   }
 
@@ -38,17 +57,23 @@ export class Probe {
   async refresh() {
     if (!this.#point) return;
     this.#isDue = true;
-    if (this.#isBusy) return;
-    this.#isBusy = true;
+    this.#running ??= this.#run();
+    await this.#running;
+  }
+
+  async #run() {
     while (this.#isDue && this.#point) {
       this.#isDue = false;
       const point = this.#point;
       // The frame's own request tells what is wrong; a reading that failed is merely absent.
-      const reading = await this.#ask(point).catch(() => null);
-      if (this.#point) this.#show(reading, point);
+      const [reading = null] = await this.#ask([this.#rayAt(point)]).catch(() => []);
+      if (this.#point) {
+        this.#newest = { point, reading };
+        this.#show(reading, point);
+      }
       await pause();
     }
-    this.#isBusy = false;
+    this.#running = null;
   }
 }
 

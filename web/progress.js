@@ -1,39 +1,36 @@
 // How far a slow request is: the server is asked while the answer is on its way.
 
 import * as api from "./api.js";
+import { freshName } from "./document.js";
 import { button, element } from "./dom.js";
 
 // Whoever waits for less need not be told.
 const FIRST_MS = 700;
 const EVERY_MS = 400;
-const ID_BYTES = 16;
-
-/** An id that nobody else gives a job. `crypto.randomUUID` is missing where a page came without https. */
-function freshJobId() {
-  const bytes = crypto.getRandomValues(new Uint8Array(ID_BYTES));
-  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
-}
 
 /**
- * Runs `ask(job)`, a request that names its job, and tells `show({state, fraction})` how far it is. No answer about
- * the job is no news: it may have just come in, or just ended.
+ * Asks how far a job is until `signal` says that it ended, and tells `show({state, fraction})`. No answer about it is no
+ * news: it may have just come in, or just ended.
  */
-export async function followed(ask, show) {
-  const job = freshJobId();
-  const controller = new AbortController();
-  const { signal } = controller;
-  let timer = 0;
+export function watch(job, signal, show) {
   const poll = async () => {
+    if (signal.aborted) return;
     const progress = await api.progress(job, signal).catch(() => null);
     if (signal.aborted) return;
     if (progress) show(progress);
-    timer = setTimeout(poll, EVERY_MS);
+    setTimeout(poll, EVERY_MS);
   };
-  timer = setTimeout(poll, FIRST_MS);
+  setTimeout(poll, FIRST_MS);
+}
+
+/** Runs `ask(job)`, a request that names its job, and tells `show` how far it is. */
+export async function followed(ask, show) {
+  const job = freshName();
+  const controller = new AbortController();
+  watch(job, controller.signal, show);
   try {
     return await ask(job);
   } finally {
-    clearTimeout(timer);
     controller.abort();
   }
 }

@@ -1,38 +1,31 @@
-// The one state of the page: the render request, its scene included, as the JSON that the server reads.
+// The one state of the page: what is looked at and how (the view), and the scene, as the JSON that the server reads.
 
-/** A JSON pointer (RFC 6901) from the body's root. */
-export function pointerOf(path) {
-  return path.map((key) => `/${String(key).replaceAll("~", "~0").replaceAll("/", "~1")}`).join("");
-}
+import { pointerOf, valueAt } from "./pointer.js";
 
-// From this many characters on, a part's text is kept outside the page, where requests refer to it without a copy.
-const BLOB_FROM = 100_000;
-
-/**
- * Holds the request and the JSON text of each part of its scene. A mesh of megabytes is written as text once
- * and spliced into every body, until somebody changes the part that it lies in.
- */
-export class RequestStore {
-  /** `{scene, layer, exposure_ev?, tonemap?, …}`: the render request without size and quality. */
-  request = { scene: {}, layer: "beauty" };
-  /** JSON text, or a blob of it, by key of the scene. */
-  #parts = new Map();
+/** What the panels read and write. Paths that begin with "scene" lead into the scene, all others into the view. */
+export class Store {
+  /** `{layer, camera, exposure_ev?, tonemap?, time_s?}` */
+  view = { layer: "beauty" };
+  #document;
+  #onView;
   /** By pointer: what an absent object stands for, so that setting one of its fields keeps the others. */
   #seeds = new Map();
-  #onChange;
+  /** Changes from the same control in one go are one step of undo. */
+  #stroke = null;
 
-  /** `onChange(path)` is called after each change. */
-  constructor(onChange) {
-    this.#onChange = onChange;
+  /** `onView()` is called after each change of the view. */
+  constructor(document, onView) {
+    this.#document = document;
+    this.#onView = onView;
   }
 
   get scene() {
-    return this.request.scene;
+    return this.#document.scene;
   }
 
   /** The value at a path, or `undefined`. */
   get(path) {
-    return path.reduce((node, key) => node?.[key], this.request);
+    return valueAt({ ...this.view, scene: this.scene }, path);
   }
 
   /** Tells what the absent object at `path` stands for. */
@@ -40,57 +33,65 @@ export class RequestStore {
     this.#seeds.set(pointerOf(path), value);
   }
 
-  /** Sets the value at a path; `undefined` takes it out. */
-  set(path, value) {
-    const key = path.at(-1);
-    const parent = this.#parentAt(path);
-    if (value === undefined) delete parent[key];
-    else parent[key] = value;
-    if (path[0] === "scene") this.#parts.delete(path[1]);
-    this.#onChange(path);
+  /** Sets the value at a path; `undefined` takes it out. Changes with the same `stroke` are one step of undo. */
+  set(path, value, stroke = this.#strokeOf(path)) {
+    const [at, whole] = this.#grown(path, value);
+    if (path[0] === "scene") return this.#document.set(at.slice(1), whole, stroke);
+    if (whole === undefined) delete valueAt(this.view, at.slice(0, -1))[at.at(-1)];
+    else this.view = replaced(this.view, at, whole);
+    this.#onView();
   }
 
-  /** Takes a whole scene; the view settings stay. */
-  load(scene) {
-    this.request.scene = scene;
-    this.#parts.clear();
+  /** Puts a value into the list at a path, in front of the entry at `index`. */
+  insert(path, index, value) {
+    const list = this.get(path);
+    if (list === undefined) this.set(path, [value]);
+    else this.#document.insert(path.slice(1), index, value);
+  }
+
+  /** Takes an entry out of a list of the scene. A blob goes by its place, at a revision: others may have moved it. */
+  remove(path) {
+    const [list, index] = path.slice(-2);
+    if (list !== "blobs") return this.#document.remove(path.slice(1));
+    const edit = { op: "delete", term: path.at(-3), blobs: [index] };
+    this.#document.edit(edit, undefined, true);
+  }
+
+  /** Forgets what it knows of the scene that was. */
+  forget() {
     this.#seeds.clear();
-    this.#onChange(["scene"]);
+    this.#stroke = null;
   }
 
-  /** The JSON of a body with the scene and `fields`: text, or a blob where the scene is large. */
-  sceneBody(fields) {
-    const parts = Object.keys(this.scene).flatMap((key, i) => [`${i ? "," : ""}${JSON.stringify(key)}:`, this.#part(key)]);
-    const rest = JSON.stringify(fields).slice(1);
-    const pieces = ['{"scene":{', ...parts, `}${rest === "}" ? "" : ","}${rest}`];
-    return pieces.some((piece) => piece instanceof Blob) ? new Blob(pieces) : pieces.join("");
+  /** Whoever goes on at the same control within this time goes on with the same step of undo. */
+  #strokeOf(path) {
+    const SAME_MS = 1000;
+    const [pointer, now_ms] = [pointerOf(path), performance.now()];
+    const goesOn = this.#stroke?.pointer === pointer && now_ms - this.#stroke.at_ms < SAME_MS;
+    const name = goesOn ? this.#stroke.name : `${pointer.slice(-40)}-${Math.round(now_ms)}-${Math.random().toString(36).slice(2, 8)}`;
+    this.#stroke = { pointer, at_ms: now_ms, name };
+    return name;
   }
 
-  /** The JSON of the render request with `fields` (size and quality). */
-  renderBody(fields) {
-    const { scene: _, ...view } = this.request;
-    return this.sceneBody({ ...view, ...fields });
+  /** Where something is missing on the way to `path`: from there on, the way is made from the seeds. */
+  #grown(path, value) {
+    const gap = path.findIndex((_, depth) => depth > 0 && isAbsent(this.get(path.slice(0, depth))));
+    if (gap === -1 || value === undefined) return [path, value];
+    const at = path.slice(0, gap);
+    const make = (depth) => {
+      if (depth === path.length) return value;
+      const seed = structuredClone(this.#seeds.get(pointerOf(path.slice(0, depth)))) ?? (typeof path[depth] === "number" ? [] : {});
+      return replaced(seed, [path[depth]], make(depth + 1));
+    };
+    return [at, make(gap)];
   }
+}
 
-  #part(key) {
-    if (!this.#parts.has(key)) {
-      const text = JSON.stringify(this.scene[key]);
-      this.#parts.set(key, text.length < BLOB_FROM ? text : new Blob([text]));
-    }
-    return this.#parts.get(key);
-  }
+const isAbsent = (value) => value === undefined || value === null;
 
-  /** The object that holds the last key of `path`, made from the seeds where it is absent. */
-  #parentAt(path) {
-    let node = this.request;
-    for (let depth = 1; depth < path.length; depth += 1) {
-      const key = path[depth - 1];
-      if (node[key] === undefined || node[key] === null) {
-        const seed = this.#seeds.get(pointerOf(path.slice(0, depth)));
-        node[key] = structuredClone(seed) ?? (typeof path[depth] === "number" ? [] : {});
-      }
-      node = node[key];
-    }
-    return node;
-  }
+/** A copy of `node` in which the value at `path` is `value`. */
+function replaced(node, [key, ...rest], value) {
+  const copy = Array.isArray(node) ? [...node] : { ...node };
+  copy[key] = rest.length === 0 ? value : replaced(copy[key] ?? {}, rest, value);
+  return copy;
 }

@@ -22,8 +22,7 @@ export function showFacts(line, { quality, width, height, backend, roundTrip_ms 
 }
 
 /** Writes a frame's passes into a `<dl>`, each with a bar of its share. */
-export function showTimings(list, { serverTiming, roundTrip_ms, bytes }) {
-  const passes = parseServerTiming(serverTiming);
+export function showTimings(list, { passes, roundTrip_ms, bytes }) {
   const longest_ms = Math.max(...passes.map((pass) => pass.duration_ms), 1e-3);
   const rows = passes.map(({ name, duration_ms, is_reused }) => {
     const bar = element("span", { className: "bar" });

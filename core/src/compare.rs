@@ -6,9 +6,9 @@ use crate::frame::{Frame, Lap};
 use crate::image::{self, ErrorImage};
 use crate::progress::{Interrupted, Progress};
 use crate::renderer::Renderer;
-use crate::request::{Layer, Options, Quality, Tonemap, View, check_scene, check_size};
-use crate::scene::limits::{COUNTS, Range};
-use crate::scene::{CheckedScene, Checker, Code, Problem, Scene};
+use crate::request::{Eye, Layer, Options, Quality, Tonemap, View, check_scene, check_size};
+use crate::scene::limits::{self, COUNTS, Range};
+use crate::scene::{Camera, CheckedScene, Checker, Code, Problem, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -31,6 +31,47 @@ pub struct CompareRequest {
     /// What it is judged by.
     #[serde(default = "Side::reference")]
     pub b: Side,
+}
+
+/// Asks the same of a scene that the server has.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EstimatorsRequest {
+    /// Pixels along a row.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub width: u32,
+    /// Rows of pixels.
+    #[schemars(range(min = 1, max = COUNTS.picture_side))]
+    pub height: u32,
+    /// From where; the scene's own camera where nothing is said.
+    #[serde(default)]
+    pub camera: Option<Camera>,
+    /// When [s]; at the scene's own time where nothing is said.
+    #[serde(default)]
+    #[schemars(range(min = limits::TIME.min, max = limits::TIME.max))]
+    pub time_s: Option<f64>,
+    /// What is judged.
+    #[serde(default)]
+    pub a: Side,
+    /// What it is judged by.
+    #[serde(default = "Side::reference")]
+    pub b: Side,
+}
+
+impl EstimatorsRequest {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// What is wrong, with pointers into this request.
+    pub fn check(self, scene: &CheckedScene) -> Result<(CheckedScene, Pair), Vec<Problem>> {
+        let Self { width, height, camera, time_s, a, b } = self;
+        let mut check = Checker::default();
+        let eye = Eye { camera, time_s };
+        eye.check(&mut check);
+        let pair = Pair::new(&mut check, scene, (width, height), [a, b]);
+        let pair = check.finish(pair)?;
+        Ok((eye.on(scene)?, pair))
+    }
 }
 
 /// One side of a comparison.
@@ -100,14 +141,24 @@ impl CompareRequest {
     pub fn check(self) -> Result<(CheckedScene, Pair), Vec<Problem>> {
         let Self { scene, width, height, a, b } = self;
         let mut check = Checker::default();
-        check_size(&mut check, width, height, COUNTS.compare_pixels);
-        let estimators = [a.check(&mut check, &scene, "/a"), b.check(&mut check, &scene, "/b")];
-        let pair = Pair { width, height, sides: [a, b], estimators };
+        let pair = Pair::new(&mut check, &scene, (width, height), [a, b]);
         Ok((check_scene(check, scene)?, pair))
     }
 }
 
 impl Pair {
+    fn new(
+        check: &mut Checker,
+        scene: &Scene,
+        (width, height): (u32, u32),
+        sides: [Side; 2],
+    ) -> Self {
+        check_size(check, width, height, COUNTS.compare_pixels);
+        let [a, b] = sides;
+        let estimators = [a.check(check, scene, "/a"), b.check(check, scene, "/b")];
+        Self { width, height, sides, estimators }
+    }
+
     /// Pixels along a row, and rows of pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)

@@ -3,7 +3,7 @@
 use crate::airlight::Method;
 pub use crate::options::Options;
 use crate::scene::limits::{self, COUNTS};
-use crate::scene::{CheckedScene, Checker, Code, Problem, Scene, Vec3};
+use crate::scene::{Camera, CheckedScene, Checker, Code, Problem, Scene, Vec3};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -189,6 +189,9 @@ pub struct FrameRequest {
     /// Which image of the frame.
     #[serde(default)]
     pub layer: Layer,
+    /// From where; the scene's own camera where nothing is said. In an address it is JSON.
+    #[serde(default)]
+    pub camera: Option<Camera>,
     /// Samples per pixel along edges; 1 in float formats and drafts, 4 in 8-bit `full` pictures.
     #[serde(default)]
     #[schemars(range(min = 1, max = COUNTS.samples))]
@@ -204,6 +207,9 @@ pub struct FrameRequest {
     /// How the radiance of 8-bit pictures is brought onto a screen.
     #[serde(default)]
     pub tonemap: Tonemap,
+    /// What may be left out to be faster. In an address it is JSON.
+    #[serde(default)]
+    pub options: Options,
 }
 
 fn width() -> u32 {
@@ -219,11 +225,10 @@ impl FrameRequest {
     ///
     /// # Errors
     /// What is wrong, with pointers into this request.
-    pub fn check(self) -> Result<(View, Option<f64>), Vec<Problem>> {
+    pub fn check(self) -> Result<(View, Eye), Vec<Problem>> {
         let mut check = Checker::default();
-        if let Some(time_s) = self.time_s {
-            check.number(time_s, limits::TIME, || "/time_s".into());
-        }
+        let eye = Eye { camera: self.camera, time_s: self.time_s };
+        eye.check(&mut check);
         let view = View {
             width: self.width,
             height: self.height,
@@ -234,10 +239,41 @@ impl FrameRequest {
             tonemap: self.tonemap,
             for_screen: false,
             estimator: None,
-            options: Options::default(),
+            options: self.options,
         };
         view.check(&mut check);
-        check.finish((view, self.time_s))
+        check.finish((view, eye))
+    }
+}
+
+/// From where and when a scene is looked at, if not as it says itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Eye {
+    /// From where.
+    pub camera: Option<Camera>,
+    /// When [s].
+    pub time_s: Option<f64>,
+}
+
+impl Eye {
+    pub(crate) fn check(&self, check: &mut Checker) {
+        if let Some(camera) = &self.camera {
+            camera.check(check);
+        }
+        if let Some(time_s) = self.time_s {
+            check.number(time_s, limits::TIME, || "/time_s".into());
+        }
+    }
+
+    /// The scene as it is seen so.
+    ///
+    /// # Errors
+    /// What is wrong with it then.
+    pub fn on(&self, scene: &CheckedScene) -> Result<CheckedScene, Vec<Problem>> {
+        match self {
+            Self { camera: None, time_s: None } => Ok(scene.clone()),
+            Self { camera, time_s } => scene.seen(camera.clone(), *time_s),
+        }
     }
 }
 
@@ -296,6 +332,10 @@ pub struct RaysRequest {
     #[serde(deserialize_with = "crate::json::bounded::list::<{ COUNTS.rays }, _, _>")]
     #[schemars(length(max = COUNTS.rays))]
     pub rays: Vec<RayRequest>,
+    /// When [s]; at the scene's own time where nothing is said.
+    #[serde(default)]
+    #[schemars(range(min = limits::TIME.min, max = limits::TIME.max))]
+    pub time_s: Option<f64>,
 }
 
 impl RaysRequest {
@@ -303,10 +343,16 @@ impl RaysRequest {
     ///
     /// # Errors
     /// What is wrong, with pointers into this request.
-    pub fn check(&self, scene: &CheckedScene) -> Result<Vec<ProbeRay>, Vec<Problem>> {
+    pub fn check(
+        &self,
+        scene: &CheckedScene,
+    ) -> Result<(CheckedScene, Vec<ProbeRay>), Vec<Problem>> {
         let mut check = Checker::default();
+        let eye = Eye { camera: None, time_s: self.time_s };
+        eye.check(&mut check);
         let rays = check_rays(&mut check, &self.rays, scene.fog.longest_m());
-        check.finish(rays)
+        let rays = check.finish(rays)?;
+        Ok((eye.on(scene)?, rays))
     }
 }
 

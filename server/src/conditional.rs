@@ -85,6 +85,10 @@ impl From<Refusal> for Problem {
         let conflict = |detail: String| Self::new(StatusCode::CONFLICT, detail);
         match refusal {
             Refusal::Missing => Self::new(StatusCode::NOT_FOUND, "there is no such scene"),
+            Refusal::Preset => conflict(
+                "a preset stays as it is: PUT /v1/scenes/{id}?from={preset} makes a scene of it"
+                    .into(),
+            ),
             Refusal::Precondition { revision } => {
                 let detail = match revision {
                     Some(revision) => format!("the scene is at revision {revision}"),

@@ -82,8 +82,7 @@ impl Intake {
         T: DeserializeOwned + JsonSchema + 'static,
         C: Send + 'static,
     {
-        let is_repeatable = request.headers().contains_key(conditional::KEY);
-        let about = format!("{} {}", request.method(), request.uri());
+        let about = About::of(&request);
         check_headers(request.headers())?;
         let client = request.extensions().get().copied().unwrap_or_default();
         let collect = tokio::time::timeout(BODY_TIME, self.collect(client, request.into_body()));
@@ -92,8 +91,7 @@ impl Intake {
         let is_small = bytes.len() <= SMALL_BYTES;
         let parse = move || {
             let value = check(scene::read::<T>(&bytes)?).map_err(Problem::invalid)?;
-            let digest = if is_repeatable { digest(about.as_bytes(), &bytes) } else { 0 };
-            Ok(Digested { value, digest })
+            Ok(Digested { value, digest: about.digest(&bytes) })
         };
         if is_small {
             return parse();
@@ -135,9 +133,25 @@ pub struct Digested<T> {
     pub digest: u64,
 }
 
-fn digest(about: &[u8], body: &[u8]) -> u64 {
-    let hash = Sha256::new().chain_update(about).chain_update(body).finalize();
-    hash.iter().take(8).fold(0, |sum, byte| sum << 8 | u64::from(*byte))
+/// What tells a request with this body apart from others.
+pub fn digest_of(request: &Request, body: &[u8]) -> u64 {
+    About::of(request).digest(body)
+}
+
+/// Method and address, where the request has a key.
+struct About(Option<String>);
+
+impl About {
+    fn of(request: &Request) -> Self {
+        let has_key = request.headers().contains_key(conditional::KEY);
+        Self(has_key.then(|| format!("{} {}", request.method(), request.uri())))
+    }
+
+    fn digest(&self, body: &[u8]) -> u64 {
+        let Self(Some(about)) = self else { return 0 };
+        let hash = Sha256::new().chain_update(about).chain_update(body).finalize();
+        hash.iter().take(8).fold(0, |sum, byte| sum << 8 | u64::from(*byte))
+    }
 }
 
 fn check_headers(headers: &HeaderMap) -> Result<(), Problem> {

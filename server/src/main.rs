@@ -20,6 +20,7 @@ mod origin;
 mod pace;
 mod picture;
 mod problem;
+mod query;
 mod queue;
 mod routes;
 mod scene_id;

@@ -10,7 +10,7 @@ use crate::watch::JobId;
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::frame::Lap;
-use fogbank_core::image::{EncodeError, Format, encode};
+use fogbank_core::image::{EncodeError, Format, depth_range, encode};
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Frame, Interrupted, Progress, Renderer};
@@ -36,7 +36,9 @@ impl Encoded {
     pub fn of(frame: &Frame, view: &View, format: Format) -> Result<Self, EncodeError> {
         let bytes = encode(frame, view, format)?;
         let (content_type, backend) = (format.content_type(), frame.backend);
-        Ok(Self { bytes, backend, content_type, extra: None })
+        let range = depth_range(frame).map(|[least, most]| format!("{least} {most}"));
+        let extra = range.map(|range| (HeaderName::from_static("fog-depth-range"), range));
+        Ok(Self { bytes, backend, content_type, extra })
     }
 }
 

@@ -2,69 +2,9 @@
 // Prints a line for each thing that holds, and ends with status 1 at the first one that does not.
 
 import assert from "node:assert/strict";
-import { chromium } from "playwright-core";
+import { PATIENCE_MS, camera, complaints, count, holds, load, open, page, phase, pixels, pointAt, posted, run, said, scene, shot, state, toFull, until } from "./driver.js";
 
 const [address, shots] = process.argv.slice(2);
-const PATIENCE_MS = 120_000;
-const FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-  "--disable-background-networking", "--disable-component-update", "--disable-sync"];
-
-const complaints = [];
-/** What the page posted: for each request its path and a promise of its headers. */
-const posted = [];
-let page;
-
-/** Opens the page in a window of its own and collects everything that it complains of. */
-async function open(browser, options, query = "") {
-  const context = await browser.newContext({ ...options, permissions: ["clipboard-read", "clipboard-write"] });
-  page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE_MS);
-  page.on("console", (message) => {
-    // A job that ended while it was asked for is unknown, which the browser itself notes.
-    if (message.location().url.includes("/v1/progress/")) return;
-    if (["error", "warning"].includes(message.type())) complaints.push(`${message.text()} ${message.location().url}`);
-  });
-  page.on("request", (request) => {
-    if (request.method() === "POST") posted.push({ path: new URL(request.url()).pathname, headers: request.allHeaders() });
-  });
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  page.on("requestfailed", (request) => {
-    // A newer view overtakes an older one: the page gives that request up itself.
-    if (request.failure().errorText !== "net::ERR_ABORTED") complaints.push(`${request.url()} ${request.failure().errorText}`);
-  });
-  await page.goto(`http://${address}/${query}`);
-}
-
-const until = (predicate, argument) => page.waitForFunction(predicate, argument, { timeout: PATIENCE_MS });
-const phase = (name) => until((wanted) => document.documentElement.dataset.frame === wanted, name);
-const count = (name) => page.evaluate((key) => window.fogbank.counts[key], name);
-const camera = () => page.evaluate(() => window.fogbank.camera);
-const pixels = () => page.evaluate(() => document.getElementById("picture").toDataURL());
-
-/** Does something and waits for the full frame that it must lead to. */
-async function toFull(act) {
-  const before = await page.evaluate(() => window.fogbank.lastFrame?.seq ?? 0);
-  await act();
-  await until((seq) => {
-    const { lastFrame } = window.fogbank;
-    return lastFrame?.seq > seq && lastFrame.quality === "full" && document.documentElement.dataset.frame === "full";
-  }, before);
-}
-
-async function shot(name) {
-  if (shots) await page.screenshot({ path: `${shots}/page-${name}.png` });
-}
-
-async function holds(name, check) {
-  await check();
-  assert.deepEqual(complaints, [], "the page complains");
-  console.log(`ok ${name}`);
-}
-
-async function pointAt(x, y) {
-  const box = await page.locator("#picture").boundingBox();
-  await page.mouse.move(box.x + box.width * x, box.y + box.height * y);
-}
 
 const SIMPLE = {
   camera: { position: [0, 1.5, 6], target: [0, 1, 0] },
@@ -85,9 +25,7 @@ const MAPPED = { ...SIMPLE, fog: { ambient: [0.3, 0.3, 0.4], terms: [
 const SLOW = { ...SIMPLE, fog: { airlight: "reference", terms: [{ kind: "gaussians", blobs: Array.from({ length: 16 }, (_, i) =>
   ({ center: [i % 7 - 3, i % 3, i % 5 - 2], radius: 0.7, extinction: 0.5 })) }] } };
 const at = (pointer, rest = "") => page.locator(`[data-pointer="${pointer}"]:not(details) ${rest}`).last();
-const scene = () => page.evaluate(() => window.fogbank.request.scene);
 const errorState = () => page.evaluate(() => document.documentElement.dataset.errors);
-const load = (scene) => toFull(() => page.evaluate((next) => window.fogbank.load(next), scene));
 
 /** Puts a value into a control, which must lead to a full picture, and answers the scene. */
 async function put(control, value) {
@@ -111,13 +49,12 @@ async function slowPictures() {
     await page.locator("#progress button", { hasText: "Stop" }).click();
     assert.equal(await page.evaluate(() => document.documentElement.dataset.frame), "stopped");
     assert.match(await page.locator("#progress").innerText(), /Stopped/);
-    const renders = await count("renders");
-    const job = (await posted.findLast(({ path }) => path === "/v1/render").headers)["fog-job"];
+    const { job } = said.findLast(({ type }) => type === "view");
+    const views = said.length;
     const forgotten = async () => (await fetch(`http://${address}/v1/progress/${job}`)).status === 404;
     for (const end = Date.now() + PATIENCE_MS; !(await forgotten());) assert.ok(Date.now() < end, "the server goes on");
-    assert.equal(await count("renders"), renders, "nothing is asked for after a stop");
+    assert.deepEqual(said.slice(views).map(({ type }) => type), ["stop"], "nothing is asked for after a stop");
     await page.locator("#progress button", { hasText: "Render" }).click();
-    await until((from) => window.fogbank.counts.renders > from, renders);
     await moreThan(0);
     await load(SIMPLE);
     assert.equal(await page.locator("#progress").isVisible(), false);
@@ -129,11 +66,11 @@ async function moving() {
     await load(SMOKING);
     const before = await pixels();
     await page.locator("#play").click();
-    await until(() => (window.fogbank.request.scene.time_s ?? 0) > 0.5);
+    await until(() => (window.fogbank.request.time_s ?? 0) > 0.5);
     assert.equal(await page.locator("#play").innerText(), "Pause");
     await toFull(() => page.locator("#play").click());
     assert.notEqual(await pixels(), before);
-    const time = await page.evaluate(() => window.fogbank.request.scene.time_s);
+    const time = await page.evaluate(() => window.fogbank.request.time_s);
     assert.equal(await page.locator("#time").innerText(), `${time.toFixed(2)} s`);
     await shot("smoke");
   });
@@ -241,11 +178,11 @@ async function controls() {
   await holds("whatever else the server says of a problem, the page shows what and where", async () => {
     const errors = [{ pointer: "/scene/far_m", detail: "no such distance", code: "out_of_range", more: { min: 1 } }];
     const body = JSON.stringify({ type: "about:blank", title: "x", status: 422, detail: "wrong", errors, trace: ["y"] });
-    await page.route("**/v1/render", (route) => route.fulfill({ status: 422, contentType: "application/problem+json", body }));
+    await page.route("**/edits", (route) => route.fulfill({ status: 422, contentType: "application/problem+json", body }));
     await page.evaluate(() => window.fogbank.set(["scene", "far_m"], 100));
     await phase("error");
     assert.match(await page.locator("#status").innerText(), /wrong[^]*\/scene\/far_m no such distance/);
-    await page.unroute("**/v1/render");
+    await page.unroute("**/edits");
     await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "far_m"], 1000)));
     assert.ok(complaints.splice(0).every((text) => text.includes("422")));
   });
@@ -291,7 +228,8 @@ async function onADesk(browser) {
     });
     assert.deepEqual([shown.width, shown.height], [frame.width, frame.height]);
     assert.ok(shown.shades > 50, `${shown.shades} shades`);
-    assert.match(frame.serverTiming, /queue;dur=.*encode;dur=/);
+    assert.equal(frame.passes[0].name, "queue");
+    assert.equal(frame.passes.at(-1).name, "encode");
     assert.ok(await page.locator("#timings dt").count() >= 4);
   });
   await shot("desk");
@@ -382,7 +320,7 @@ async function onADesk(browser) {
     const [wasWorking, done] = [await errorState() === "working", await count("comparisons")];
     await toFull(() => page.locator("#picture").press("ArrowLeft"));
     // A comparison that ended before the key was pressed had nothing left to give up.
-    if (wasWorking && await count("comparisons") === done) assert.ok(requests.some((url) => url.endsWith("/v1/compare")), `${requests}`);
+    if (wasWorking && await count("comparisons") === done) assert.ok(requests.some((url) => url.endsWith("/compare")), `${requests}`);
     const before = await count("comparisons");
     await page.evaluate(() => { window.fogbank.lastComparison = null; });
     await toFull(() => page.evaluate(() => window.fogbank.set(["scene", "fog", "airlight"], "fogshop2007")));
@@ -462,13 +400,18 @@ async function onADesk(browser) {
     }
   });
   await holds("nothing is asked when nothing changes", async () => {
-    const [before, now] = [await count("renders"), await page.evaluate(() => performance.now())];
-    await until((from) => performance.now() > from + 1000, now);
-    assert.equal(await count("renders"), before);
+    // What was asked how far it is when the picture came.
+    await page.waitForTimeout(500);
+    const asked = [];
+    page.on("request", (request) => asked.push(request.url()));
+    const views = said.length;
+    await page.waitForTimeout(1500);
+    assert.deepEqual(asked, []);
+    assert.deepEqual(said.slice(views), []);
   });
   await holds("what is posted says that it is JSON from this very page", async () => {
-    for (const path of ["/v1/render", "/v1/compare", "/v1/probe"]) {
-      const all = await Promise.all(posted.filter((post) => post.path === path).map(({ headers }) => headers));
+    for (const path of ["/edits", "/compare", "/probe"]) {
+      const all = await Promise.all(posted.filter((post) => post.path.endsWith(path)).map(({ headers }) => headers));
       assert.ok(all.length > 0, path);
       assert.ok(all.every((headers) => headers["content-type"] === "application/json"), path);
       // What was given up before it left has not got all of its headers.
@@ -513,15 +456,7 @@ async function onAPhone(browser) {
   await shot("phone");
 }
 
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS, timeout: PATIENCE_MS });
-try {
+await run(address, shots, async (browser) => {
   await onADesk(browser);
   await onAPhone(browser);
-} catch (error) {
-  await shot("failed");
-  console.error(error);
-  console.error(`complaints: ${JSON.stringify(complaints)}`);
-  process.exitCode = 1;
-} finally {
-  await browser.close();
-}
+});

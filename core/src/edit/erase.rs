@@ -1,7 +1,7 @@
 //! The eraser (Fogshop 2007, section 6): lowers the extinction of the blobs that it covers, and deletes those of
 //! which nothing is left.
 
-use super::stroke::{StrokePoint, bounds, check_points, distance};
+use super::stroke::{StrokePoint, bounds, check_points, check_stroke, distance};
 use super::term::{Name, all_gaussians};
 use super::{Desk, Refused, Tool};
 use crate::json::limits::{self, COUNTS};
@@ -33,6 +33,10 @@ pub struct Erase {
     /// The term that is erased from; all of blobs where nothing is said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub term: Option<Name>,
+    /// Names the stroke that it is a part of: all of it is undone together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = COUNTS.id_chars))]
+    pub stroke: Option<String>,
 }
 
 fn strength() -> f64 {
@@ -44,6 +48,7 @@ impl Tool for Erase {
         check_points(&self.points, check, at);
         check.number(self.radius, limits::RADIUS, || at("radius"));
         check.number(self.strength, limits::FRACTION, || at("strength"));
+        check_stroke(self.stroke(), check, at);
     }
 
     fn apply(&self, scene: &CheckedScene, _desk: &mut Desk) -> Result<Scene, Refused> {
@@ -62,6 +67,10 @@ impl Tool for Erase {
             }
         }
         Ok(after)
+    }
+
+    fn stroke(&self) -> Option<&str> {
+        self.stroke.as_deref()
     }
 }
 

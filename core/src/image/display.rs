@@ -186,6 +186,15 @@ fn row<N: Num>([x, y, z]: [f64; 3], v: V3<N>) -> N {
     v.x * v.x.lit(x) + v.y * v.x.lit(y) + v.z * v.x.lit(z)
 }
 
+/// The nearest and the farthest depth of a frame, between which its colours lie [m]; none of other layers.
+pub fn depth_range(frame: &Frame) -> Option<[f32; 2]> {
+    let range = || {
+        let map = ScalarMap::new(frame);
+        [map.least, map.most]
+    };
+    (frame.layer == Layer::Depth).then(range)
+}
+
 /// Where a scalar lies on the colour map.
 struct ScalarMap {
     layer: Layer,

@@ -13,6 +13,7 @@ mod screen;
 use crate::frame::Frame;
 use crate::request::{Quality, View};
 use about::Caption;
+pub use display::depth_range;
 use std::borrow::Cow;
 
 /// The files that a frame can become.

@@ -2,10 +2,11 @@
 
 use crate::edits::EditsRequest;
 use crate::problem::Problem;
+use crate::watch::{HEADER, JobId};
 use fogbank_core::edit::Edit;
 use fogbank_core::json::document::Patch;
-use fogbank_core::request::{FrameRequest, Layer, Quality, Tonemap, View};
-use fogbank_core::scene::{self, Camera, Problem as Wrong, Scene};
+use fogbank_core::request::{Eye, FrameRequest, Layer, Options, Quality, Tonemap, View};
+use fogbank_core::scene::{self, Camera, Code, Problem as Wrong, Scene};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -19,6 +20,8 @@ pub enum Up {
     Edit(u64, Box<EditsRequest>),
     /// The frame that it has shown.
     Ack(u64),
+    /// It wants to see nothing until its next view.
+    Stop,
 }
 
 /// What a client wants to see.
@@ -26,12 +29,12 @@ pub enum Up {
 pub struct Wanted {
     /// Its number of this view.
     pub seq: u64,
-    /// From where.
-    pub camera: Camera,
+    /// From where, and when.
+    pub eye: Eye,
     /// The picture.
     pub view: View,
-    /// When, if not at the scene's own time.
-    pub time_s: Option<f64>,
+    /// What its pictures are called while they are made, for whoever asks how far they are.
+    pub job: Option<JobId>,
 }
 
 /// Tells messages apart; what else they hold is read then.
@@ -62,6 +65,12 @@ struct ViewMessage {
     tonemap: Tonemap,
     #[serde(default)]
     time_s: Option<f64>,
+    #[serde(default)]
+    samples: Option<u32>,
+    #[serde(default)]
+    options: Options,
+    #[serde(default)]
+    job: Option<String>,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -95,9 +104,10 @@ impl Up {
             "view" => scene::read::<ViewMessage>(bytes)?.check().map_err(Problem::invalid),
             "edit" => scene::read::<EditMessage>(bytes)?.check().map_err(Problem::invalid),
             "ack" => Ok(Self::Ack(scene::read::<AckMessage>(bytes)?.frame)),
+            "stop" => Ok(Self::Stop),
             _ => {
-                let detail = "expected one of view, edit, ack".to_owned();
-                let code = scene::Code::UnknownWord;
+                let detail = "expected one of view, edit, ack, stop".to_owned();
+                let code = Code::UnknownWord;
                 Err(Problem::invalid(vec![Wrong { pointer: "/type".into(), code, detail }]))
             }
         };
@@ -107,14 +117,24 @@ impl Up {
 
 impl ViewMessage {
     fn check(self) -> Result<Up, Vec<Wrong>> {
-        let Self { seq, camera, width, height, layer, exposure_ev, tonemap, time_s, .. } = self;
-        let (quality, samples) = (Quality::Draft, None);
-        let request =
-            FrameRequest { width, height, quality, layer, samples, time_s, exposure_ev, tonemap };
-        let (view, time_s) = request.check()?;
-        // The camera by the scene's own check, without its fog and surfaces.
-        Scene { camera: camera.clone(), ..Scene::default() }.check()?;
-        Ok(Up::View(Box::new(Wanted { seq, camera, view, time_s })))
+        let request = FrameRequest {
+            width: self.width,
+            height: self.height,
+            quality: Quality::Draft,
+            layer: self.layer,
+            camera: Some(self.camera),
+            samples: self.samples,
+            time_s: self.time_s,
+            exposure_ev: self.exposure_ev,
+            tonemap: self.tonemap,
+            options: self.options,
+        };
+        let (view, eye) = request.check()?;
+        let detail = format!("a job is called as in {HEADER}");
+        let wrong = Wrong { pointer: "/job".into(), code: Code::OutOfRange, detail };
+        let read = |job: String| JobId::read(&job).ok_or(vec![wrong]);
+        let job = self.job.map(read).transpose()?;
+        Ok(Up::View(Box::new(Wanted { seq: self.seq, eye, view, job })))
     }
 }
 
@@ -145,8 +165,9 @@ pub enum Down<'a> {
         id: &'a str,
         /// The revision that it is at.
         revision: u64,
-        /// The scene.
-        scene: &'a Scene,
+        /// The scene; left out where the client said that it has this revision.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        scene: Option<&'a Scene>,
     },
     /// It changed, whoever did it.
     Scene {
@@ -199,6 +220,13 @@ pub struct Header {
     pub width: u32,
     /// Rows of pixels.
     pub height: u32,
+    /// The nearest and the farthest depth [m], between which the colours of the layer `depth` lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_range: Option<[f32; 2]>,
+    /// Where it was rendered.
+    pub backend: &'static str,
+    /// Passes whose results were kept from an earlier frame.
+    pub reused: Vec<&'static str>,
     /// What it took [ms]: waiting, each pass, encoding.
     pub timing_ms: BTreeMap<&'static str, f64>,
 }

@@ -12,6 +12,7 @@ use crate::app::App;
 use crate::budget::Client;
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::query::query;
 use crate::scene_id::SceneId;
 use crate::seat::Seat;
 use crate::store::Refusal;
@@ -19,9 +20,11 @@ use axum::Extension;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::response::Response;
-use schemars::SchemaGenerator;
+use fogbank_core::scene::Problem as Wrong;
+use schemars::{JsonSchema, SchemaGenerator};
+use serde::Deserialize;
 use serde_json::json;
 use std::sync::Arc;
 
@@ -31,17 +34,28 @@ const PROTOCOL: &str = "fogbank.v1";
 /// Bytes of a message from a client: an edit may hold a long patch.
 const MESSAGE_BYTES: usize = 256 << 10;
 
+/// What a client has when it opens a socket.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Known {
+    /// The revision of the scene that it has: if the scene is still there, `hello` does not bring it again.
+    #[serde(default)]
+    revision: Option<u64>,
+}
+
 /// Opens a viewer's socket.
 pub async fn live(
     State(app): State<App>,
     SceneId(id): SceneId,
     client: Client,
     seat: Option<Extension<Seat>>,
+    uri: Uri,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Problem> {
     // A browser opens sockets for pages of any site, and only the server can tell.
     app.names.check_origin(&headers)?;
+    let Known { revision } = query(&uri, Ok::<Known, Vec<Wrong>>)?;
     let upgrade = upgrade.map_err(|rejection| {
         Problem::new(StatusCode::BAD_REQUEST, format!("a WebSocket is opened here: {rejection}"))
     })?;
@@ -54,7 +68,7 @@ pub async fn live(
     let room = tokio::task::spawn_blocking(move || store.room(&id)).await??;
     let head = room.head().ok_or(Refusal::Missing)?;
     let begin = move |socket: WebSocket| async move {
-        viewer::Viewer::new(socket, app, room, head, client).serve().await;
+        viewer::Viewer::new(socket, app, room, (head, revision), client).serve().await;
         // Its place counts until here.
         drop(seat);
     };
@@ -65,15 +79,16 @@ pub async fn live(
 }
 
 /// Its documentation.
-pub fn live_operation(_: &mut SchemaGenerator) -> Operation {
+pub fn live_operation(schemas: &mut SchemaGenerator) -> Operation {
     let summary = "A WebSocket of the subprotocol `fogbank.v1`: views, edits and acknowledgements up, changes and frames \
-        down. Text up: `{\"type\": \"view\", seq, camera, width, height, layer?, exposure_ev?, tonemap?, time_s?}`, \
-        `{\"type\": \"edit\", seq, edit, base_revision?}`, `{\"type\": \"ack\", frame}`. Text down: `hello`, `scene`, \
+        down. Text up: `{\"type\": \"view\", seq, camera, width, height, layer?, exposure_ev?, tonemap?, time_s?, samples?, options?, job?}`, \
+        `{\"type\": \"edit\", seq, edit, base_revision?}`, `{\"type\": \"ack\", frame}`, `{\"type\": \"stop\"}`. Text down: `hello`, `scene`, \
         `viewers`, `error`. Binary down, one frame each: a u32 (little-endian) with the length of the JSON header, the \
-        header `{frame, seq, revision, tier, scale, content_type, width, height, timing_ms}`, and the picture. At most \
+        header `{frame, seq, revision, tier, scale, content_type, width, height, depth_range?, backend, reused, timing_ms}`, and the picture. At most \
         two frames are unacknowledged; the latest view wins.";
     Operation::get("live", "scenes", summary)
         .of_scene()
+        .query::<Known>(schemas)
         .content("text/plain", json!({ "schema": { "type": "string" } }))
         .refuses(&[StatusCode::FORBIDDEN, StatusCode::SERVICE_UNAVAILABLE])
 }

@@ -10,7 +10,7 @@ use crate::problem::Problem;
 use crate::queue::Order;
 use crate::store::record::Head;
 use axum::body::Bytes;
-use fogbank_core::image::{Format, encode};
+use fogbank_core::image::{Format, depth_range, encode};
 use fogbank_core::request::{Quality, View};
 use fogbank_core::scene::{Airlight, CheckedScene};
 use fogbank_core::{Progress, Renderer};
@@ -60,6 +60,8 @@ pub async fn make(app: App, client: Client, task: Task) -> Result<Picture, Probl
     let room = app.answers.reserve(client, most_bytes)?;
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
     let order = Order::new(lane_of_picture(&scene, &view), client, deadline);
+    // A name that another job has is no reason to show nothing.
+    let _watched = task.wanted.job.clone().and_then(|id| app.watch.add(id, &order.progress).ok());
     let waited = task.since.elapsed();
     let work =
         move |renderer: &Renderer, progress: &Progress| renderer.render(&scene, &view, progress);
@@ -77,6 +79,7 @@ pub async fn make(app: App, client: Client, task: Task) -> Result<Picture, Probl
             *timing_ms.entry(lap.pass).or_default() += ms(lap.took);
         }
         let passes: Duration = frame.timings.iter().map(|lap| lap.took).sum();
+        let reused = frame.timings.iter().filter(|lap| lap.is_reused).map(|lap| lap.pass).collect();
         // What a resting camera kept says little of what a moving one costs.
         let is_typical = !frame.timings.iter().any(|lap| lap.pass == "surfaces" && lap.is_reused);
         let header = Header {
@@ -88,6 +91,9 @@ pub async fn make(app: App, client: Client, task: Task) -> Result<Picture, Probl
             content_type: FORMAT.content_type(),
             width: view.width,
             height: view.height,
+            depth_range: depth_range(&frame),
+            backend: frame.backend,
+            reused,
             timing_ms,
         };
         let bytes = packed(&header, &picture, room);
@@ -97,8 +103,7 @@ pub async fn make(app: App, client: Client, task: Task) -> Result<Picture, Probl
 }
 
 fn seen(task: &Task) -> Result<CheckedScene, Problem> {
-    let Wanted { camera, time_s, .. } = &task.wanted;
-    task.head.scene.seen(Some(camera.clone()), *time_s).map_err(Problem::invalid)
+    task.wanted.eye.on(&task.head.scene).map_err(Problem::invalid)
 }
 
 fn sized(task: &Task) -> View {

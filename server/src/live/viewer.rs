@@ -59,6 +59,8 @@ pub struct Viewer {
     client: Client,
     /// What the client knows of the scene.
     told: Arc<Head>,
+    /// The revision that it said that it has.
+    known: Option<u64>,
     /// What it wants to see.
     wanted: Option<Wanted>,
     /// Whether something has changed since the last draft was begun.
@@ -77,7 +79,7 @@ impl Viewer {
         socket: WebSocket,
         app: App,
         room: Arc<Room>,
-        head: Arc<Head>,
+        (head, known): (Arc<Head>, Option<u64>),
         client: Client,
     ) -> Self {
         Self {
@@ -86,6 +88,7 @@ impl Viewer {
             room,
             client,
             told: head,
+            known,
             wanted: None,
             has_moved: false,
             rest: None,
@@ -117,8 +120,8 @@ impl Viewer {
     /// Why the server ends the conversation; none if the client did.
     async fn converse(&mut self) -> Option<End> {
         let told = Arc::clone(&self.told);
-        let (id, scene) = (self.room.id.clone(), &told.scene);
-        self.say(&Down::Hello { id: &id, revision: told.revision, scene }).await?;
+        let is_known = self.known == Some(told.revision);
+        self.greet(&told, is_known).await?;
         let mut heads = self.room.shown.subscribe();
         let mut viewers = self.room.viewers.subscribe();
         viewers.mark_changed();
@@ -170,6 +173,13 @@ impl Viewer {
         }
     }
 
+    /// The first word, and the one after a leap: the scene as it is.
+    async fn greet(&mut self, head: &Head, is_known: bool) -> Option<()> {
+        let id = self.room.id.clone();
+        let scene = (!is_known).then_some(&*head.scene);
+        self.say(&Down::Hello { id: &id, revision: head.revision, scene }).await
+    }
+
     async fn say(&mut self, message: &Down<'_>) -> Option<()> {
         let text = serde_json::to_string(message).unwrap_or_default();
         self.socket.send(Message::Text(text.into())).await.ok()
@@ -193,6 +203,12 @@ impl Viewer {
             Ok(Up::View(wanted)) => {
                 self.wanted = Some(*wanted);
                 self.moved();
+                Some(())
+            }
+            Ok(Up::Stop) => {
+                self.wanted = None;
+                self.waiting = None;
+                self.rest = None;
                 Some(())
             }
             Ok(Up::Ack(frame)) => {
@@ -222,7 +238,14 @@ impl Viewer {
 
     /// Tells what changed since the client heard of the scene.
     async fn tell(&mut self, head: Arc<Head>) -> Option<()> {
-        if head.revision <= self.told.revision {
+        if head.revision < self.told.revision {
+            // It is a preset again.
+            self.told = Arc::clone(&head);
+            self.greet(&head, false).await?;
+            self.moved();
+            return Some(());
+        }
+        if head.revision == self.told.revision {
             return Some(());
         }
         let (store, id) = (Arc::clone(&self.app.store), self.room.id.clone());
@@ -236,8 +259,7 @@ impl Viewer {
             // History does not reach back so far: all of it, as in the beginning.
             Err(_) => {
                 self.told = Arc::clone(&head);
-                let id = self.room.id.clone();
-                self.say(&Down::Hello { id: &id, revision: to, scene: &head.scene }).await?;
+                self.greet(&head, false).await?;
             }
         }
         self.moved();

@@ -11,11 +11,12 @@ use crate::problem::Problem;
 use crate::queue::{Lane, Order};
 use crate::watch::JobId;
 use axum::extract::{Request, State};
-use axum::http::HeaderName;
+use axum::http::{HeaderMap, HeaderName};
 use axum::response::Response;
-use fogbank_core::compare::{self, CompareRequest, Compared, Comparison};
+use fogbank_core::compare::{self, CompareRequest, Compared, Comparison, Pair};
 use fogbank_core::image::{EncodeError, Format, encode_errors};
 use fogbank_core::request::Quality;
+use fogbank_core::scene::CheckedScene;
 use fogbank_core::{Interrupted, Progress, Renderer};
 use schemars::SchemaGenerator;
 use serde_json::json;
@@ -54,9 +55,23 @@ pub async fn compare(
     client: Client,
     request: Request,
 ) -> Result<Response, Problem> {
-    let form = accept::choose(request.headers(), &FORMS, Form::content_type)?;
-    let job = JobId::of(request.headers())?;
-    let (scene, pair) = app.intake.read(request, CompareRequest::check).await?;
+    let headers = request.headers().clone();
+    let compared = app.intake.read(request, CompareRequest::check).await?;
+    answer(&app, client, &headers, compared).await
+}
+
+/// Compares a checked pair.
+///
+/// # Errors
+/// 406, and those of [`picture::answer_job`].
+pub async fn answer(
+    app: &App,
+    client: Client,
+    headers: &HeaderMap,
+    (scene, pair): (CheckedScene, Pair),
+) -> Result<Response, Problem> {
+    let form = accept::choose(headers, &FORMS, Form::content_type)?;
+    let job = JobId::of(headers)?;
     let (width, height) = pair.size();
     let most_bytes = match form {
         Form::Numbers => 0,
@@ -70,7 +85,7 @@ pub async fn compare(
         Ok::<_, Interrupted>((compared, timings))
     };
     let encode = move |compared: &Compared| encode(compared, form);
-    picture::answer_job(&app, order, room, job, Quality::Full, work, encode).await
+    picture::answer_job(app, order, room, job, Quality::Full, work, encode).await
 }
 
 fn encode(compared: &Compared, form: Form) -> Result<Encoded, EncodeError> {
@@ -97,9 +112,15 @@ pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
     });
     let march = json!({ "airlight": "march", "steps": 16 });
     let example = json!({ "scene": scene, "width": 16, "height": 12, "a": march });
-    Operation::post("compare", "numbers", summary)
+    let operation = Operation::post("compare", "numbers", summary)
         .takes::<CompareRequest>(schemas)
-        .example("march", "16 steps against the integral itself.", example)
+        .example("march", "16 steps against the integral itself.", example);
+    answers(operation, schemas)
+}
+
+/// What every comparison answers.
+pub fn answers(operation: Operation, schemas: &mut SchemaGenerator) -> Operation {
+    operation
         .json::<Comparison>(schemas)
         .picture(&[Format::Png, Format::Jpeg, Format::WebP, Format::Exr, Format::Npy])
         .header(NUMBERS, "Only with an image: the numbers, as the JSON would say them.")

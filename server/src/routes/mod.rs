@@ -10,7 +10,6 @@ mod page;
 mod presets;
 pub mod probe;
 mod progress;
-mod query;
 mod render;
 mod scenes;
 mod selftest;
@@ -61,6 +60,7 @@ fn routes() -> Vec<Route> {
             scenes::optical_depth_operation,
         ),
         route("/v1/scenes/{id}/probe", post(scenes::probe), scenes::probe_operation),
+        route("/v1/scenes/{id}/compare", post(scenes::compare), scenes::compare_operation),
         route("/v1/scenes/{id}/select", post(scenes::select), scenes::select_operation),
         route("/v1/scenes/{id}/live", get(live::live), live::live_operation),
         route("/v1/selftest", post(selftest::selftest), selftest::operation),

@@ -1,13 +1,17 @@
 //! `GET /v1/presets`: scenes to begin with.
 
-use crate::answer::{Fixed, JSON};
+use crate::answer::{self, Fixed, JSON};
 use crate::openapi::Operation;
 use crate::problem::Problem;
-use axum::http::HeaderMap;
+use crate::query::query;
+use crate::store::presets::{self as stored, Kept};
+use axum::http::{HeaderMap, Uri};
 use axum::response::Response;
 use fogbank_core::presets::{self, Preset};
+use fogbank_core::scene::Problem as Wrong;
 use schemars::{JsonSchema, SchemaGenerator};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use tokio::sync::OnceCell;
 
 /// Scenes to begin with.
@@ -29,12 +33,43 @@ async fn presets() -> Result<&'static Fixed, Problem> {
     made.map_err(Problem::from)
 }
 
-/// All presets with their scenes.
-pub async fn list(headers: HeaderMap) -> Result<Response, Problem> {
-    Ok(presets().await?.answer(&headers))
+/// How they are listed.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Listing {
+    /// False leaves the scenes out: each is there under `/v1/scenes/{name}`.
+    #[serde(default = "yes")]
+    scenes: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A preset without its scene, which is `/v1/scenes/{name}`.
+#[derive(Serialize)]
+struct About {
+    name: &'static str,
+    title: &'static str,
+    description: &'static str,
+}
+
+/// All presets, with their scenes or without.
+pub async fn list(uri: Uri, headers: HeaderMap) -> Result<Response, Problem> {
+    let Listing { scenes } = query(&uri, Ok::<Listing, Vec<Wrong>>)?;
+    if scenes {
+        return Ok(presets().await?.answer(&headers));
+    }
+    let about =
+        |kept: &Kept| About { name: kept.name, title: kept.title, description: kept.description };
+    let make = move || stored::all().iter().map(about).collect::<Vec<_>>();
+    let presets = tokio::task::spawn_blocking(make).await?;
+    Ok(answer::json(&json!({ "presets": presets })))
 }
 
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
-    Operation::get("list_presets", "service", "Scenes to begin with.").json::<Presets>(schemas)
+    Operation::get("list_presets", "service", "Scenes to begin with.")
+        .query::<Listing>(schemas)
+        .json::<Presets>(schemas)
 }

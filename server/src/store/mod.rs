@@ -5,6 +5,7 @@
 
 mod history;
 mod memory;
+pub mod presets;
 pub mod record;
 mod room;
 mod tables;
@@ -46,6 +47,8 @@ const SCENES: u64 = 10_000;
 pub enum Refusal {
     /// There is no such scene.
     Missing,
+    /// It is a preset, which stays as it is.
+    Preset,
     /// It is not at the revision that the client expects.
     Precondition {
         /// What it is at, if it exists.
@@ -233,8 +236,10 @@ impl Store {
             headings.reverse();
             Ok(Some(headings))
         })?;
-        let headings = read.ok_or(Refusal::Missing)?;
         let room = self.room(id)?;
+        // Of a preset there is none.
+        room.head().ok_or(Refusal::Missing)?;
+        let headings = read.unwrap_or_default();
         let mut guard = room.state();
         let state = self.state(&room, &mut guard)?;
         let can = [state.history.to_undo().is_some(), state.history.to_redo().is_some()];
@@ -366,7 +371,10 @@ impl Store {
         if self.waiting.load(Ordering::Relaxed) > WAITING_BYTES {
             return Err(Refusal::Busy);
         }
-        let made = make(state)?;
+        let made = make(state).map_err(|refusal| match refusal {
+            Refusal::Missing if room.is_preset() => Refusal::Preset,
+            other => other,
+        })?;
         let (before, revision) = match &state.head {
             Some(head) => (Some(&head.scene), head.revision + 1),
             None => (None, self.new_revision()?.max(state.first)),

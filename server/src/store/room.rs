@@ -4,6 +4,7 @@
 //! durable. So many writes of a scene are made durable together, and none is seen that could be lost.
 
 use super::history::History;
+use super::presets;
 use super::record::{Change, Head, Record};
 use fogbank_core::edit::Strokes;
 use std::collections::VecDeque;
@@ -15,8 +16,10 @@ use tokio::sync::watch;
 pub struct Room {
     /// Its id.
     pub id: String,
-    /// What is durable; none once the scene is deleted.
+    /// What is durable, or else the preset of that name; none once the scene is deleted.
     pub shown: watch::Sender<Option<Arc<Head>>>,
+    /// What there is where nothing is stored.
+    preset: Option<Arc<Head>>,
     /// How many look at it.
     pub viewers: watch::Sender<usize>,
     /// What the next write begins with; none where it must be read from the database first.
@@ -80,10 +83,12 @@ impl State {
 impl Room {
     /// Of a scene as it is in the database.
     pub fn new(id: &str, state: State) -> Self {
-        let shown = watch::Sender::new(state.head.clone());
+        let preset = presets::head(id);
+        let shown = watch::Sender::new(state.head.clone().or_else(|| preset.clone()));
         Self {
             id: id.to_owned(),
             shown,
+            preset,
             viewers: watch::Sender::new(0),
             state: Mutex::new(Some(state)),
             lost: AtomicBool::new(false),
@@ -101,6 +106,11 @@ impl Room {
         self.shown.borrow().clone()
     }
 
+    /// Whether a preset has this name.
+    pub fn is_preset(&self) -> bool {
+        self.preset.is_some()
+    }
+
     /// What was made in memory could not be made durable: the next write reads what is. Nobody is waited for here,
     /// however long the present one takes.
     pub fn forget(&self) {
@@ -114,6 +124,7 @@ impl Room {
 
     /// Shows what is durable, if that is another revision: a write that failed may be there all the same.
     pub fn show(&self, head: Option<Arc<Head>>) {
+        let head = head.or_else(|| self.preset.clone());
         let revision = |head: &Option<Arc<Head>>| head.as_ref().map(|head| head.revision);
         self.shown.send_if_modified(|shown| {
             let is_other = revision(shown) != revision(&head);

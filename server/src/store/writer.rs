@@ -103,7 +103,7 @@ impl Order {
             Task::Write(record) => Some(Arc::clone(&record.head)),
             Task::Delete(_) => None,
         };
-        self.room.shown.send_replace(head);
+        self.room.show(head);
     }
 
     fn answer(self, result: Result<(), Refusal>) {

@@ -12,8 +12,8 @@ pub use one::{
     delete, delete_operation, get, get_operation, patch, patch_operation, put, put_operation,
 };
 pub use pictures::{
-    frame, frame_operation, optical_depth, optical_depth_operation, probe, probe_operation, select,
-    select_operation,
+    compare, compare_operation, frame, frame_operation, optical_depth, optical_depth_operation,
+    probe, probe_operation, select, select_operation,
 };
 pub use turns::{history, history_operation, redo, redo_operation, undo, undo_operation};
 

@@ -5,9 +5,10 @@ use crate::answer;
 use crate::app::App;
 use crate::budget::Client;
 use crate::conditional::{self, tag};
-use crate::extract::Digested;
+use crate::extract::{Digested, digest_of};
 use crate::openapi::Operation;
 use crate::problem::Problem;
+use crate::query::query;
 use crate::scene_id::SceneId;
 use crate::store::record::{Head, Kind};
 use crate::store::{Made, Refusal};
@@ -18,7 +19,7 @@ use fogbank_core::edit::in_scene;
 use fogbank_core::json::document::{Node, Patch, closed};
 use fogbank_core::scene::{CheckedScene, Checker, Problem as Wrong, Scene};
 use schemars::{JsonSchema, SchemaGenerator};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// A scene in an answer may be so many times as large as the largest body: defaults are filled in.
@@ -38,18 +39,36 @@ struct StoredScene<'a> {
     scene: &'a Scene,
 }
 
-/// Stores a scene, new or in the place of the one of that id.
+/// Where a scene comes from.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Source {
+    /// A stored scene or a preset that is copied: then there is no body.
+    #[serde(default)]
+    from: Option<String>,
+}
+
+/// Stores a scene, new or in the place of the one of that id: the one in the body, or a copy of another.
 pub async fn put(
     State(app): State<App>,
     SceneId(id): SceneId,
     request: Request,
 ) -> Result<Response, Problem> {
     let headers = request.headers().clone();
-    let named = |mut scene: Scene| {
-        scene.name_all();
-        scene.check()
+    let Source { from } = query(request.uri(), Ok::<Source, Vec<Wrong>>)?;
+    let body: Digested<CheckedScene> = match from {
+        Some(from) => {
+            let digest = digest_of(&request, &[]);
+            Digested { value: head(&app, &from).await?.scene.clone(), digest }
+        }
+        None => {
+            let named = |mut scene: Scene| {
+                scene.name_all();
+                scene.check()
+            };
+            app.intake.digest(request, named).await?
+        }
     };
-    let body: Digested<CheckedScene> = app.intake.digest(request, named).await?;
     let (condition, key) = terms(&headers, &body)?;
     let name = id.clone();
     let written = write(&app, move |store| {
@@ -60,9 +79,11 @@ pub async fn put(
 
 /// Its documentation.
 pub fn put_operation(schemas: &mut SchemaGenerator) -> Operation {
-    let summary = "Stores a scene, new or in the place of the one of that id. With `If-None-Match: *` it must be new.";
+    let summary = "Stores a scene, new or in the place of the one of that id. With `If-None-Match: *` it must be new. \
+        With `?from=` it is a copy of another scene, or of a preset.";
     let example = json!({ "lights": [{ "id": "lamp", "kind": "point", "position": [0, 2.2, 1] }] });
     a_write(Operation::put("put_scene", "scenes", summary).takes::<Scene>(schemas))
+        .query::<Source>(schemas)
         .header_parameter("If-None-Match", "`*`: there must be no such scene yet.")
         .example("lamp", "A lamp.", example)
         .json::<Revised>(schemas)

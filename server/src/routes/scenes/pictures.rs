@@ -9,8 +9,8 @@ use crate::conditional;
 use crate::openapi::Operation;
 use crate::picture::{self, Encoded};
 use crate::problem::Problem;
-use crate::routes::query::query;
-use crate::routes::{optical_depth as maps, probe as rays};
+use crate::query::query;
+use crate::routes::{compare as errors, optical_depth as maps, probe as rays};
 use crate::scene_id::SceneId;
 use crate::store::record::Head;
 use crate::watch::JobId;
@@ -18,10 +18,11 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use fogbank_core::Frame;
+use fogbank_core::compare::EstimatorsRequest;
 use fogbank_core::edit::{SelectRequest, Selected};
 use fogbank_core::image::{EncodeError, Format};
-use fogbank_core::request::{FrameRequest, Layer, Quality, RaysRequest, Tonemap, View};
-use fogbank_core::scene::{CheckedScene, Problem as Wrong};
+use fogbank_core::request::{Eye, FrameRequest, Layer, Quality, RaysRequest, Tonemap, View};
+use fogbank_core::scene::Problem as Wrong;
 use headers::ETag;
 use schemars::SchemaGenerator;
 use serde_json::json;
@@ -35,11 +36,11 @@ pub async fn frame(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = accept::choose(&headers, &Format::ALL, Format::content_type)?;
-    let (view, time_s) = query(&uri, FrameRequest::check)?;
+    let (view, eye) = query(&uri, FrameRequest::check)?;
     let view = view.for_format(format);
     let encode = move |frame: &Frame| Encoded::of(frame, &view, format);
     let head = head(&app, &id).await?;
-    answer_picture(&app, client, (&uri, &headers), &head, (view, time_s, format), encode).await
+    answer_picture(&app, client, (&uri, &headers), &head, (view, eye, format), encode).await
 }
 
 /// Its documentation.
@@ -65,14 +66,14 @@ pub async fn optical_depth(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = accept::choose(&headers, &maps::FORMATS, Format::content_type)?;
-    let (view, time_s) = query(&uri, check_map)?;
+    let (view, eye) = query(&uri, check_map)?;
     let encode = move |frame: &Frame| maps::encode_map(frame, &view, format);
     let head = head(&app, &id).await?;
-    answer_picture(&app, client, (&uri, &headers), &head, (view, time_s, format), encode).await
+    answer_picture(&app, client, (&uri, &headers), &head, (view, eye, format), encode).await
 }
 
 /// What a map of optical depths is, whatever else is asked for.
-fn check_map(request: FrameRequest) -> Result<(View, Option<f64>), Vec<Wrong>> {
+fn check_map(request: FrameRequest) -> Result<(View, Eye), Vec<Wrong>> {
     let (layer, samples) = (Layer::OpticalDepth, Some(1));
     let (quality, tonemap) = (Quality::Full, Tonemap::None);
     FrameRequest { layer, samples, quality, tonemap, exposure_ev: 0.0, ..request }.check()
@@ -103,7 +104,7 @@ async fn answer_picture(
     client: Client,
     (uri, headers): (&Uri, &HeaderMap),
     head: &Head,
-    (view, time_s, format): (View, Option<f64>, Format),
+    (view, eye, format): (View, Eye, Format),
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
     let job = JobId::of(headers)?;
@@ -117,7 +118,7 @@ async fn answer_picture(
     if conditional::is_known(headers, &tag)? {
         return Ok((StatusCode::NOT_MODIFIED, fixed, revision).into_response());
     }
-    let scene = seen(&head.scene, time_s)?;
+    let scene = eye.on(&head.scene).map_err(Problem::invalid)?;
     let response = picture::answer(app, client, job, scene, view, format, encode).await?;
     // This tag in the place of one of the bytes.
     let mut response = (revision, response).into_response();
@@ -125,13 +126,6 @@ async fn answer_picture(
         response.headers_mut().insert(name, value);
     }
     Ok(response)
-}
-
-fn seen(scene: &CheckedScene, time_s: Option<f64>) -> Result<CheckedScene, Problem> {
-    match time_s {
-        None => Ok(scene.clone()),
-        Some(_) => scene.seen(None, time_s).map_err(Problem::invalid),
-    }
 }
 
 /// The numbers along rays in a stored scene.
@@ -144,8 +138,8 @@ pub async fn probe(
     let headers = request.headers().clone();
     let request = app.intake.read(request, Ok::<RaysRequest, Vec<Wrong>>).await?;
     let head = head(&app, &id).await?;
-    let found = request.check(&head.scene).map_err(Problem::invalid)?;
-    rays::answer(&app, client, headers, head.scene.clone(), found).await
+    let (scene, found) = request.check(&head.scene).map_err(Problem::invalid)?;
+    rays::answer(&app, client, headers, scene, found).await
 }
 
 /// Its documentation.
@@ -158,6 +152,32 @@ pub fn probe_operation(schemas: &mut SchemaGenerator) -> Operation {
         .takes::<RaysRequest>(schemas)
         .example("ray", "One ray.", json!({ "rays": [ray] }))
         .json::<rays::ProbeAnswer>(schemas)
+}
+
+/// How far one airlight estimator is from another on a stored scene.
+pub async fn compare(
+    State(app): State<App>,
+    SceneId(id): SceneId,
+    client: Client,
+    request: Request,
+) -> Result<Response, Problem> {
+    let headers = request.headers().clone();
+    let request = app.intake.read(request, Ok::<EstimatorsRequest, Vec<Wrong>>).await?;
+    let head = head(&app, &id).await?;
+    let compared = request.check(&head.scene).map_err(Problem::invalid)?;
+    errors::answer(&app, client, &headers, compared).await
+}
+
+/// Its documentation.
+pub fn compare_operation(schemas: &mut SchemaGenerator) -> Operation {
+    let summary = "How far one airlight estimator is from another on a stored scene.";
+    let small = json!({ "width": 16, "height": 12 });
+    let operation = Operation::post("scene_compare", "scenes", summary).of_scene();
+    let operation = operation.takes::<EstimatorsRequest>(schemas);
+    errors::answers(
+        operation.example("small", "`auto` against the integral itself.", small),
+        schemas,
+    )
 }
 
 /// What lies in a rectangle of a picture of a stored scene.

@@ -6,7 +6,7 @@ use crate::app::App;
 use crate::conditional;
 use crate::openapi::Operation;
 use crate::problem::Problem;
-use crate::routes::query::query;
+use crate::query::query;
 use crate::scene_id::SceneId;
 use crate::store::Key;
 use crate::store::record::{Heading, Kind};

@@ -1,4 +1,4 @@
-// The frame loop: drafts while things move, one full frame when they rest, nothing when nothing changed.
+// The frame loop where there is no socket: drafts while things move, one full frame when they rest, nothing when nothing changed.
 
 import { BACKOFF_MS, Problem, ServerLost } from "./api.js";
 
@@ -8,14 +8,13 @@ const STALE_DRAFT_MS = 2000;
 const DRAFT_AREA_PX = 800 * 600;
 const DRAFT_SCALE_LEAST = 0.4;
 const DRAFT_TARGET_MS = 80;
-const FULL_WIDTH_PX = 1280;
 
 /**
  * Shows the latest view on a canvas. There is never more than one request on its way, so an older picture cannot
  * arrive after a newer one.
  */
-export class Viewer {
-  #canvas;
+export class Requests {
+  #screen;
   #render;
   #events;
   #version = 0;
@@ -29,29 +28,21 @@ export class Viewer {
   #notBefore_ms = 0;
   #backoff_ms = BACKOFF_MS.first;
   #draftScale = 1;
-  #seq = 0;
 
   /**
-   * `render({quality, width, height, signal})` answers what `api.render` does. Events: `phase(name)` with `loading`,
-   * `draft`, `full`, `error` or `stopped`; `frame(info)` after each picture; `problem(error, retryIn_ms)`.
+   * `render({quality, width, height, signal})` answers what `api.frame` does. Events: `frame(info)` after each picture;
+   * `problem(error, retryIn_ms)`.
    */
-  constructor(canvas, render, events) {
-    this.#canvas = canvas;
+  constructor(screen, render, events) {
+    this.#screen = screen;
     this.#render = render;
     this.#events = events;
-    let size = "";
-    new ResizeObserver(() => {
-      const now = `${canvas.clientWidth}×${canvas.clientHeight}`;
-      if (this.#version > 0 && now !== size) this.change();
-      size = now;
-    }).observe(canvas);
   }
 
   /** Says that the view is no longer what was asked for. */
   change() {
     this.#version += 1;
     this.#changedAt_ms = performance.now();
-    this.#events.phase("loading");
     this.#pump();
   }
 
@@ -60,14 +51,6 @@ export class Viewer {
     this.#refused = this.#version;
     this.#flight?.controller.abort();
     clearTimeout(this.#timer);
-    this.#events.phase("stopped");
-  }
-
-  /** Makes the picture that was stopped after all. */
-  resume() {
-    this.#refused = 0;
-    this.#events.phase("loading");
-    this.#pump();
   }
 
   /** Starts what is due now, or waits for what is due later. */
@@ -102,9 +85,7 @@ export class Viewer {
     this.#flight = flight;
     try {
       const answer = await this.#render({ quality, ...this.#size(quality), signal: controller.signal });
-      const bitmap = await createImageBitmap(answer.blob);
-      if (!controller.signal.aborted) this.#show(bitmap, answer, flight);
-      bitmap.close();
+      if (!controller.signal.aborted) await this.#show(answer, flight);
     } catch (error) {
       if (!controller.signal.aborted) this.#fail(error, flight);
     } finally {
@@ -115,27 +96,19 @@ export class Viewer {
 
   /** The picture's size in pixels; drafts have the same shape and fewer pixels. */
   #size(quality) {
-    const pixelRatio = Math.min(window.devicePixelRatio || 1, 1);
-    const width = Math.max(this.#canvas.clientWidth * pixelRatio, 1);
-    const height = Math.max(this.#canvas.clientHeight * pixelRatio, 1);
+    const { width, height } = this.#screen.size;
     const draftScale = Math.min(1, Math.sqrt(DRAFT_AREA_PX / (width * height))) * this.#draftScale;
-    const scale = quality === "draft" ? draftScale : Math.min(1, FULL_WIDTH_PX / width);
+    const scale = quality === "draft" ? draftScale : 1;
     return { width: Math.max(Math.round(width * scale), 1), height: Math.max(Math.round(height * scale), 1) };
   }
 
-  #show(bitmap, answer, { quality, version, startedAt_ms }) {
-    const { width, height } = bitmap;
-    this.#canvas.width = width;
-    this.#canvas.height = height;
-    this.#canvas.getContext("2d").drawImage(bitmap, 0, 0);
+  async #show({ blob, ...rest }, { quality, version, startedAt_ms }) {
+    const shown = await this.#screen.show(blob);
     this.#drafted = version;
     if (quality === "full") this.#finished = version;
     else this.#adaptDrafts(performance.now() - startedAt_ms);
     this.#backoff_ms = BACKOFF_MS.first;
-    this.#seq += 1;
-    const { blob, ...rest } = answer;
-    this.#events.phase(quality);
-    this.#events.frame({ seq: this.#seq, quality, width, height, bytes: blob.size, ...rest });
+    this.#events.frame({ ...shown, quality, ...rest });
   }
 
   /** Shrinks drafts on a slow machine until the hand is followed, and lets them grow back. */
@@ -156,7 +129,6 @@ export class Viewer {
     if (retryIn_ms === undefined) this.#refused = version;
     else this.#notBefore_ms = performance.now() + retryIn_ms;
     if (version !== this.#version && retryIn_ms === undefined) return;
-    this.#events.phase("error");
     this.#events.problem(error, retryIn_ms);
   }
 }

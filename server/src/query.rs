@@ -18,7 +18,7 @@ pub fn query<T: DeserializeOwned + JsonSchema, C>(
     let pairs: Vec<(String, String)> =
         serde_urlencoded::from_str(uri.query().unwrap_or_default()).unwrap_or_default();
     let value = |text: String| match serde_json::from_str::<Value>(&text) {
-        Ok(value @ (Value::Number(_) | Value::Bool(_))) => value,
+        Ok(value @ (Value::Number(_) | Value::Bool(_) | Value::Object(_))) => value,
         _ => Value::String(text),
     };
     let members: Map<_, _> = pairs.into_iter().map(|(key, text)| (key, value(text))).collect();
