@@ -49,6 +49,8 @@ export class Keeper {
 
   async #keepScene() {
     const { id, scene, revision } = this.#document;
+    // Before the server has told the scene there is nothing to keep.
+    if (revision === null) return;
     const store = await table("scenes", "readwrite").catch(() => null);
     if (!store) return;
     store.put({ scene: structuredClone(scene), revision, at_ms: Date.now() }, id);

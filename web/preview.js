@@ -53,6 +53,7 @@ export class Preview {
   /** The scene is another one: frames of it come by themselves over the socket. */
   sceneChanged() {
     if (this.#usesRequests) return this.change();
+    this.#sentAt_ms = performance.now();
     this.expect();
   }
 

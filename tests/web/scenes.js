@@ -45,6 +45,15 @@ const idOf = () => page.evaluate(() => window.fogbank.id);
 const press = (key) => page.locator("#picture").press(key);
 const tool = (name) => page.locator(`#tools input[value=${name}]`).check({ force: true });
 const gap = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+/** Where in the picture a point is that the stage's own camera sees, from [0, 2, 8] to [0, 1, 0] with 45° of height. */
+async function seenAt([px, py, pz]) {
+  const box = await page.locator("#picture").boundingBox();
+  const size = Math.hypot(1, 8);
+  const depth = ((py - 2) * -1 + (pz - 8) * -8) / size;
+  const up = ((py - 2) * 8 + (pz - 8) * -1) / size;
+  const half = Math.tan(Math.PI / 8) * depth;
+  return [(px / ((half * box.width) / box.height) + 1) / 2, (1 - up / half) / 2];
+}
 /** What the probe reads at a point, once it does. */
 async function probeAt(x, y) {
   const before = await page.evaluate(() => window.fogbank.counts.probes);
@@ -121,10 +130,11 @@ async function painting() {
   });
   await holds("an eraser takes fog away where it is seen", async () => {
     const before = await blobs();
+    const [x, y] = await seenAt(before.at(-1).center);
     await tool("eraser");
-    await pointAt(0.56, 0.4);
+    await pointAt(x, y);
     await page.waitForTimeout(200);
-    await toFull(() => dragOver([[0.54, 0.41], [0.56, 0.4], [0.58, 0.4]]));
+    await toFull(() => dragOver([[x, y], [x + 0.01, y], [x + 0.02, y]]));
     await saved();
     const after = await blobs();
     assert.ok(after.length < before.length && after.length > 0, `${before.length} then ${after.length}`);
@@ -153,16 +163,7 @@ async function painting() {
 async function choosing() {
   await holds("a click chooses a lamp and shows its panel, and a drag moves it in one step of undo", async () => {
     await load(STAGE);
-    const { x, y } = await page.evaluate(() => {
-      // The lamp at [2, 3, 1] as the scene's camera sees it: 45° of height from [0, 2, 8] to [0, 1, 0].
-      const [fy, fz] = [-1 / Math.hypot(1, 8), -8 / Math.hypot(1, 8)];
-      const [dy, dz] = [3 - 2, 1 - 8];
-      const depth = dy * fy + dz * fz;
-      const up = dy * -fz + dz * fy;
-      const picture = document.getElementById("picture");
-      const half = Math.tan(Math.PI / 8) * depth;
-      return { x: (2 / (half * picture.clientWidth / picture.clientHeight) + 1) / 2, y: (1 - up / half) / 2 };
-    });
+    const [x, y] = await seenAt([2, 3, 1]);
     await page.mouse.click(...(await onPicture(x, y)));
     await until(() => window.fogbank.chosen === "/scene/lights/0");
     assert.equal(await page.locator('#panels details[data-pointer="/scene/lights/0"]').getAttribute("open"), "");
@@ -403,7 +404,8 @@ async function losing(dataDirectory) {
     await page.waitForTimeout(1500);
     await kill();
     await start();
-    await toFull(() => page.reload());
+    await page.reload();
+    await phase("full");
     assert.deepEqual(await scene(), before);
     assert.deepEqual((await stored(await idOf())).scene, before);
     forgive();
@@ -459,6 +461,7 @@ async function onScreens(browser) {
     await shot("phone-320");
     await load(STAGE);
     await page.locator("#tools label", { hasText: "Brush" }).tap();
+    await page.locator("#picture").scrollIntoViewIfNeeded();
     const [x, y] = await onPicture(0.5, 0.6);
     await toFull(() => page.touchscreen.tap(x, y));
     await saved();
