@@ -6,7 +6,7 @@ const HEAD: &str = "# Third-party software
 
 Fogbank's program contains the crates below, as built for x86-64 Linux; other systems add the crates
 that talk to them. Each is used under a licence named here, whose text its source holds. The page in
-`web/` contains nothing of others.
+`web/` contains fast-json-patch (MIT), in `web/vendor/fast-json-patch` with its licence and hashes.
 
 Written by `cargo run -p fogbank-tests --example third_party`; a test compares.
 

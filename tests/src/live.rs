@@ -41,7 +41,15 @@ impl Heard {
 /// # Errors
 /// The status of the refusal.
 pub fn open(address: &str, id: &str, headers: &[(&str, &str)]) -> Result<Viewer, u16> {
-    let url = format!("ws://localhost/v1/scenes/{id}/live");
+    open_at(address, &format!("/v1/scenes/{id}/live"), headers)
+}
+
+/// The same at any path.
+///
+/// # Errors
+/// The status of the refusal.
+pub fn open_at(address: &str, path: &str, headers: &[(&str, &str)]) -> Result<Viewer, u16> {
+    let url = format!("ws://localhost{path}");
     let mut request = url.into_client_request().expect("an address");
     for (name, value) in headers {
         let name: tungstenite::http::HeaderName = name.parse().expect("a name");

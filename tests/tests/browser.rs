@@ -1,27 +1,46 @@
-//! The page in a browser, driven by `web/page.js`.
+//! The page in a browser, driven by the scripts of `web/`.
 
-use fogbank_tests::server::Server;
+use fogbank_tests::directory::Directory;
+use fogbank_tests::server::{Server, program};
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
 
-#[test]
-fn the_page_works_in_a_browser() {
+/// Runs a script of `web/` and counts what it says that holds.
+fn run(script: &str, arguments: &[&OsStr]) -> usize {
     let web = Path::new(env!("CARGO_MANIFEST_DIR")).join("web");
     let driver = web.join("node_modules/playwright-core");
     assert!(driver.exists(), "{} is missing: run `npm ci` in tests/web", driver.display());
-    let server = Server::start();
-    let output = Command::new("node")
-        .arg("page.js")
-        .arg(&server.address)
-        .arg(env!("CARGO_TARGET_TMPDIR"))
-        .current_dir(&web)
-        .output()
-        .expect("node runs");
+    let mut node = Command::new("node");
+    let output = node.arg(script).args(arguments).current_dir(&web).output().expect("node runs");
     let said = String::from_utf8_lossy(&output.stdout);
     let complained = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}\n{complained}");
-    assert!(said.lines().filter(|line| line.starts_with("ok ")).count() >= 12, "{said}");
+    said.lines().filter(|line| line.starts_with("ok ")).count()
+}
+
+#[test]
+fn the_page_works_in_a_browser() {
+    let server = Server::start();
+    let shots = env!("CARGO_TARGET_TMPDIR");
+    assert!(run("page.js", &[server.address.as_ref(), shots.as_ref()]) >= 30);
+}
+
+#[test]
+fn scenes_are_worked_on_in_a_browser() {
+    let directory = Directory::new();
+    // The script starts the program itself, kills it and starts it again on this address.
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let (program, address) = (program(), free.to_string());
+    let arguments = [
+        program.as_ref(),
+        address.as_ref(),
+        directory.path().as_ref(),
+        env!("CARGO_TARGET_TMPDIR").as_ref(),
+    ];
+    assert!(run("scenes.js", &arguments) >= 20);
 }
 
 #[test]

@@ -12,6 +12,17 @@ fn third_party_software_is_listed() {
     assert!(!now.contains("|  |"), "a crate without a licence or a source: {now}");
 }
 
+/// What the page has of others is what they published.
+#[test]
+fn vendored_files_are_as_they_came() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../web/vendor/fast-json-patch");
+    let mut check = std::process::Command::new("sha256sum");
+    let output = check.args(["--check", "SHA256SUMS"]).current_dir(folder).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}");
+    assert_eq!(said.lines().filter(|line| line.ends_with(": OK")).count(), 4, "{said}");
+}
+
 /// The workspace's own licence is `MIT OR Apache-2.0`.
 #[test]
 fn both_licences_are_there() {

@@ -1,6 +1,6 @@
 //! The live preview over its socket.
 
-use fogbank_tests::live::{Heard, Viewer, open};
+use fogbank_tests::live::{Heard, Viewer, open, open_at};
 use fogbank_tests::server::Server;
 use fogbank_tests::soak::rounds;
 use serde_json::{Value, json};
@@ -240,4 +240,50 @@ fn sixteen_viewers_drag_at_a_time() {
     let (_, hello) = Viewer::of(&server.address, "room");
     assert_eq!(hello["revision"], revision);
     server.expect_healthy();
+}
+
+#[test]
+fn who_has_the_scene_is_not_told_it_again_and_a_preset_is_only_looked_at() {
+    let server = stored();
+    let protocol = [("sec-websocket-protocol", "fogbank.v1")];
+    let hello = |rest: &str| {
+        let path = format!("/v1/scenes/{rest}");
+        let mut viewer = open_at(&server.address, &path, &protocol).unwrap();
+        let hello = viewer.hear();
+        (hello.of_type("hello").unwrap().clone(), viewer)
+    };
+    let at = |revision: u64| format!("room/live?revision={revision}");
+    assert_eq!(hello(&at(1)).0, json!({ "type": "hello", "id": "room", "revision": 1 }));
+    assert_eq!(hello(&at(7)).0["scene"], hello("room/live").0["scene"]);
+    let (preset, mut viewer) = hello("in-scatter/live");
+    assert_eq!(preset["revision"], 0);
+    let seq = viewer.look(EYE, SIZE);
+    viewer.hear_until(frame_of("draft", seq));
+    let seq = viewer.edit(&paint(0.0));
+    let refused = viewer.hear_until(|heard| heard.of_type("error").cloned());
+    assert_eq!((&refused["seq"], &refused["problem"]["status"]), (&json!(seq), &json!(409)));
+}
+
+#[test]
+fn what_was_stopped_is_not_drawn() {
+    let mut scene = room();
+    scene["fog"]["airlight"] = json!("reference");
+    let server = Server::start();
+    assert_eq!(server.put("/v1/scenes/room", &scene).status, 201);
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    viewer.say(&json!({
+        "type": "view", "seq": 1, "camera": { "position": EYE, "target": [0, 1, 0] },
+        "width": 2000, "height": 1500, "job": "slow",
+    }));
+    let end = Instant::now() + Duration::from_secs(30);
+    while server.get("/v1/progress/slow").status != 200 {
+        assert!(Instant::now() < end, "the job never came");
+    }
+    viewer.say(&json!({ "type": "stop" }));
+    while server.get("/v1/progress/slow").status != 404 {
+        assert!(Instant::now() < end, "the job goes on");
+    }
+    while let Some(heard) = viewer.hear_for(Duration::from_millis(500)) {
+        assert!(matches!(heard, Heard::Text(_)), "{heard:?}");
+    }
 }

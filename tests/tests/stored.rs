@@ -459,3 +459,112 @@ fn the_pipeline_of_the_readme_runs() {
     assert_eq!((beauty.width, beauty.height, beauty.channels), (320, 240, 3));
     assert_eq!((depth.width, depth.height, depth.channels), (320, 240, 1));
 }
+
+#[test]
+fn presets_are_scenes_that_stay_as_they_are() {
+    let server = Server::start();
+    let listed = server.get("/v1/presets?scenes=false").expect_success().json();
+    let whole = server.get("/v1/presets").expect_success().json();
+    for (brief, preset) in
+        listed["presets"].as_array().unwrap().iter().zip(whole["presets"].as_array().unwrap())
+    {
+        assert_eq!(brief["scene"], Value::Null);
+        for member in ["name", "title", "description"] {
+            assert_eq!(brief[member], preset[member]);
+        }
+    }
+    let read = server.get("/v1/scenes/in-scatter").expect_success();
+    assert_eq!((read.json()["revision"].as_u64(), read.expect_header("etag")), (Some(0), "\"0\""));
+    assert_eq!(server.get("/v1/scenes").json()["scenes"], json!([]));
+    server.get("/v1/scenes/in-scatter/frame?width=32&height=24").expect_success();
+    for answer in [
+        server.post("/v1/scenes/in-scatter/edits", &edits(&[paint(0.0)])),
+        server.send_as("PATCH", "/v1/scenes/in-scatter", MERGE, &json!({ "far_m": 10 })),
+        server.post("/v1/scenes/in-scatter/undo", &json!({})),
+    ] {
+        assert_eq!(answer.status, 409);
+        assert!(answer.json()["detail"].as_str().unwrap().contains("?from="), "{}", answer.json());
+    }
+    // Whoever stores a scene of that name has it, until it is deleted.
+    assert_eq!(revision(&server.put("/v1/scenes/in-scatter", &room())), 1);
+    assert_eq!(server.get("/v1/scenes/in-scatter").json()["scene"]["lights"][0]["id"], "light-1");
+    assert_eq!(server.send(&Request::new("DELETE", "/v1/scenes/in-scatter")).status, 200);
+    assert_eq!(server.get("/v1/scenes/in-scatter").json(), read.json());
+}
+
+#[test]
+fn a_scene_or_a_preset_is_copied_without_being_sent() {
+    let server = stored();
+    let copy = |from: &str, to: &str| {
+        let request = Request::new("PUT", &format!("/v1/scenes/{to}?from={from}"));
+        server.send(&request.header("if-none-match", "*"))
+    };
+    let made = copy("in-scatter", "mine");
+    assert_eq!((made.status, revision(&made)), (201, 1));
+    let preset = server.get("/v1/scenes/in-scatter").json();
+    assert_eq!(server.get("/v1/scenes/mine").json()["scene"], preset["scene"]);
+    assert_eq!(copy("room", "mine").status, 412);
+    assert_eq!(copy("room", "other").status, 201);
+    assert_eq!(server.get("/v1/scenes/other").json()["scene"], scene_of(&server));
+    // A copy goes its own way.
+    server.post("/v1/scenes/other/edits", &edits(&[paint(0.0)])).expect_success();
+    assert_ne!(server.get("/v1/scenes/other").json()["scene"], scene_of(&server));
+    assert_eq!(copy("nothing", "more").status, 404);
+    assert_eq!(server.send(&Request::new("PUT", "/v1/scenes/x?of=room")).status, 422);
+}
+
+#[test]
+fn a_stored_scene_is_seen_from_elsewhere_and_compared() {
+    let server = stored();
+    let camera = json!({ "position": [3, 1.5, 4], "target": [0, 1, 0] });
+    let address = |rest: &str| {
+        let camera = camera.to_string().replace('"', "%22").replace(' ', "");
+        format!("/v1/scenes/room/{rest}?width=40&height=30&time_s=1&camera={camera}")
+    };
+    let mut scene = scene_of(&server);
+    scene["camera"] = camera.clone();
+    scene["time_s"] = json!(1);
+    let sent = json!({ "scene": scene, "width": 40, "height": 30 });
+    let asked = server.send(&Request::new("GET", &address("frame")).header("accept", "image/png"));
+    assert_eq!(asked.expect_success().body, server.post("/v1/render", &sent).expect_success().body);
+    let map = Request::new("GET", &address("optical-depth")).header("accept", "application/x-npy");
+    let other = server.post_for("/v1/optical-depth", &sent, "application/x-npy");
+    assert_eq!(server.send(&map).expect_success().body, other.expect_success().body);
+    let depth = server.send(&Request::new("GET", &format!("{}&layer=depth", address("frame"))));
+    let range = depth.expect_success().expect_header("fog-depth-range").to_owned();
+    let ends: Vec<f64> = range.split(' ').map(|end| end.parse().unwrap()).collect();
+    assert!(0.0 < ends[0] && ends[0] < ends[1], "{range}");
+    let compared = json!({ "width": 40, "height": 30, "camera": camera, "time_s": 1 });
+    let compared = server.post("/v1/scenes/room/compare", &compared).expect_success().json();
+    let expected = server.post("/v1/compare", &sent).expect_success().json();
+    for number in ["bias", "median", "p95", "max", "mean_b"] {
+        assert_eq!(compared[number], expected[number], "{number}");
+    }
+    let wrong = server.get("/v1/scenes/room/frame?camera={%22position%22:[1,2]}");
+    assert_eq!(
+        (wrong.status, &wrong.json()["errors"][0]["pointer"]),
+        (422, &json!("/camera/position"))
+    );
+}
+
+#[test]
+fn a_drag_of_patches_and_an_eraser_are_one_step_of_undo() {
+    let server = stored();
+    let before = scene_of(&server);
+    for x in 1..=3 {
+        let patch = json!([{ "op": "replace", "path": "/lights/0/position", "value": [x, 2, 2] }]);
+        let drag = json!({ "op": "patch", "patch": patch, "stroke": "drag" });
+        server.post("/v1/scenes/room/edits", &edits(&[drag])).expect_success();
+    }
+    assert_eq!(scene_of(&server)["lights"][0]["position"], json!([3.0, 2.0, 2.0]));
+    for x in 1..=2 {
+        let erase = json!({ "op": "erase", "points": [[x, 1, 0]], "radius": 0.3, "stroke": "rub" });
+        server.post("/v1/scenes/room/edits", &edits(&[erase])).expect_success();
+    }
+    assert_eq!(scene_of(&server)["fog"]["terms"][1]["blobs"], json!([]));
+    let undo = || server.post("/v1/scenes/room/undo", &json!({})).expect_success().json();
+    undo();
+    assert_eq!(scene_of(&server)["fog"], before["fog"]);
+    undo();
+    assert_eq!(scene_of(&server), before);
+}

@@ -1,5 +1,5 @@
-// Scenes that live on the server, as a person works on them: node scenes.js PROGRAM ADDRESS DIRECTORY
-// PROGRAM is run on ADDRESS, killed and run again; DIRECTORY takes its data, downloads and screenshots.
+// Scenes that live on the server, as a person works on them: node scenes.js PROGRAM ADDRESS DIRECTORY [SHOTS]
+// PROGRAM is run on ADDRESS, killed and run again; DIRECTORY takes its data, SHOTS the screenshots.
 // Prints a line for each thing that holds, and ends with status 1 at the first one that does not.
 
 import assert from "node:assert/strict";
@@ -8,7 +8,7 @@ import { once } from "node:events";
 import { readFile } from "node:fs/promises";
 import { complaints, dragOver, holds, load, onPicture, open, openIn, page, phase, pixels, pointAt, posted, run, saved, said, scene, shot, state, toFull, traffic, turnTo, until } from "./driver.js";
 
-const [program, address, directory] = process.argv.slice(2);
+const [program, address, directory, shots] = process.argv.slice(2);
 
 let server;
 
@@ -473,7 +473,7 @@ async function onScreens(browser) {
 const dataDirectory = `${directory}/page-scenes`;
 await start(dataDirectory);
 try {
-  await run(address, directory, async (browser) => {
+  await run(address, shots, async (browser) => {
     await opening(browser);
     await painting();
     await choosing();

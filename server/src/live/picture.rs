@@ -31,6 +31,8 @@ pub struct Picture {
     pub took: Duration,
     /// Whether the camera moved: then it took what such a frame takes.
     pub is_typical: bool,
+    /// Pixels of the whole picture, of which a draft has a share.
+    pub pixels: f64,
 }
 
 /// A frame that is to be made.
@@ -97,7 +99,10 @@ pub async fn make(app: App, client: Client, task: Task) -> Result<Picture, Probl
             timing_ms,
         };
         let bytes = packed(&header, &picture, room);
-        Ok::<_, Problem>(Picture { bytes, tier: task.tier, took: passes + encoding, is_typical })
+        let whole = task.wanted.view;
+        let pixels = f64::from(whole.width) * f64::from(whole.height);
+        let took = passes + encoding;
+        Ok::<_, Problem>(Picture { bytes, tier: task.tier, took, is_typical, pixels })
     };
     tokio::task::spawn_blocking(finish).await?
 }

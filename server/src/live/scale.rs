@@ -15,9 +15,12 @@ const OF_PASSES: f64 = 0.85;
 /// A size that would take more of that than this is not grown to.
 const SURELY: f64 = 0.85;
 
-/// Sizes, as shares of a picture's sides: each has seven tenths of the pixels of the one before. Below one half fog is
-/// mush, but on a screen of many pixels, or where the machine has no more, a hand that is followed matters more.
+/// Sizes, as shares of a picture's sides: each has seven tenths of the pixels of the one before.
 const SCALES: [f64; 9] = [1.0, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35, 0.3, 0.25];
+
+/// Half the sides of so many pixels are the smallest draft: below that every fog is mush. Larger pictures, on screens
+/// with fine pixels, may shrink further.
+const WHOLE_PIXELS: f64 = 800.0 * 600.0;
 
 /// The size of the next draft.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,14 +34,17 @@ impl Scale {
         SCALES[self.place]
     }
 
-    /// Learns from a draft of this size; `is_typical` says that it took what drafts of a moving camera take.
-    pub fn learn(&mut self, took: Duration, is_typical: bool) {
+    /// Learns from a draft of this size of a picture of so many pixels; `is_typical` says that it took what drafts of a
+    /// moving camera take.
+    pub fn learn(&mut self, took: Duration, is_typical: bool, pixels: f64) {
         let budget = BUDGET.as_secs_f64() * OF_PASSES;
         let per_area = took.as_secs_f64() / self.share().powi(2);
         let takes = |place: usize| per_area * SCALES[place].powi(2);
         if takes(self.place) > budget {
-            let fits = (self.place..SCALES.len()).find(|place| takes(*place) <= budget);
-            self.place = fits.unwrap_or(SCALES.len() - 1);
+            let least = 0.5 * (WHOLE_PIXELS / pixels).sqrt().min(1.0);
+            let last = SCALES.iter().rposition(|share| *share >= least).unwrap_or_default();
+            let fits = (self.place..=last).find(|place| takes(*place) <= budget);
+            self.place = fits.unwrap_or(last.max(self.place));
         } else if is_typical && self.place > 0 && takes(self.place - 1) <= SURELY * budget {
             self.place -= 1;
         }
@@ -49,36 +55,43 @@ impl Scale {
 mod tests {
     use super::*;
 
-    /// Draws with a machine that takes so long for a whole picture.
-    fn settled(whole_ms: f64) -> f64 {
+    /// Draws pictures of so many pixels with a machine that takes so long for a whole one.
+    fn settled(whole_ms: f64, pixels: f64) -> f64 {
         let mut scale = Scale::default();
         for _ in 0..20 {
             let took = Duration::from_secs_f64(whole_ms / 1e3 * scale.share().powi(2));
-            scale.learn(took, true);
+            scale.learn(took, true, pixels);
         }
         scale.share()
     }
 
     #[test]
     fn the_largest_size_that_comes_in_time_is_drawn() {
+        let settled = |whole_ms| settled(whole_ms, WHOLE_PIXELS);
         assert_eq!(settled(10.0), 1.0);
         assert_eq!(settled(26.0), 1.0);
         assert_eq!(settled(30.0), 0.84);
         assert_eq!(settled(70.0), 0.59);
-        assert_eq!(settled(110.0), 0.5);
-        // Never smaller than a quarter, however slow the machine is.
-        assert_eq!(settled(10_000.0), 0.25);
+        // Never smaller than half, however slow the machine is.
+        assert_eq!(settled(1000.0), 0.5);
+    }
+
+    #[test]
+    fn a_picture_of_more_pixels_may_shrink_further() {
+        assert_eq!(settled(1000.0, WHOLE_PIXELS / 4.0), 0.5);
+        assert_eq!(settled(1000.0, 2.0 * WHOLE_PIXELS), 0.42);
+        assert_eq!(settled(1000.0, 4.0 * WHOLE_PIXELS), 0.25);
+        assert_eq!(settled(70.0, 4.0 * WHOLE_PIXELS), 0.59);
     }
 
     #[test]
     fn what_was_kept_does_not_make_it_grow() {
         let mut scale = Scale::default();
-        scale.learn(Duration::from_millis(200), true);
-        let small = scale.share();
-        assert!(small < 0.5);
-        scale.learn(Duration::from_millis(1), false);
-        assert_eq!(scale.share(), small);
-        scale.learn(Duration::from_millis(1), true);
-        assert!(scale.share() > small);
+        scale.learn(Duration::from_millis(200), true, WHOLE_PIXELS);
+        assert_eq!(scale.share(), 0.5);
+        scale.learn(Duration::from_millis(1), false, WHOLE_PIXELS);
+        assert_eq!(scale.share(), 0.5);
+        scale.learn(Duration::from_millis(1), true, WHOLE_PIXELS);
+        assert!(scale.share() > 0.5);
     }
 }

@@ -314,7 +314,7 @@ impl Viewer {
             }
             Came::Frame(Ok(picture)) => {
                 if picture.tier == Tier::Draft {
-                    self.scale.learn(picture.took, picture.is_typical);
+                    self.scale.learn(picture.took, picture.is_typical, picture.pixels);
                 }
                 self.unacknowledged.push_back(self.frames);
                 self.socket.send(Message::Binary(picture.bytes)).await.ok()
