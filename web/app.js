@@ -59,13 +59,14 @@ const status = bindStatus(find("status"), (pointer) => panels?.reveal(pointer));
 const live = new Live({
   hello: onHello, scene: (told) => scene.hear(told), frame: (header, blob) => preview.take(header, blob), viewers: onViewers,
   refused: (seq, problem) => { if (preview.refused(seq)) onProblem(problem); },
-  revision: () => scene.revision, gone: () => session.restore(), lost: onLost, unavailable: () => useRequests(true),
+  revision: () => scene.known, gone: () => outbox.missing(), deleted: () => onMissing(scene.id), lost: onLost,
+  unavailable: () => useRequests(true),
 });
 const session = new Session(scene, live, keeper, (id) => presets.some(({ name }) => name === id),
-  { opened: onOpened, missing: onMissing, moved: onMoved, failed: onProblem });
+  { opened: onOpened, missing: onMissing, gone: () => outbox.missing(), moved: onMoved });
 const outbox = new Outbox(scene, {
   prepare: () => session.own(), refused: onRefused, waits: onWaits, sent: () => { isWaiting = false; },
-  missing: () => session.restore(), isLive: () => live.isOpen,
+  restore: () => session.restore(), isLive: () => !session.isPolling,
 });
 let isWaiting = false;
 const screen = new Screen(picture, () => preview.change());
@@ -203,8 +204,8 @@ function onViewers(count) {
 }
 
 function useRequests(isOn) {
-  if (session.isPolling === isOn) return;
   if (isOn) root.dataset.link = "requests";
+  if (session.isPolling === isOn) return;
   session.usePolls(isOn);
   preview.useRequests(isOn);
 }
@@ -240,6 +241,8 @@ function onOpened() {
   preview.change();
 }
 function onMoved(id) {
+  outbox.forget();
+  preview.forget();
   const isPreset = presets.some(({ name }) => name === id);
   history.replaceState(null, "", linkOf(id, isPreset));
   const preset = presets.find(({ name }) => name === id);
@@ -255,10 +258,8 @@ function onMissing(id) {
 
 function onPhase(name) {
   root.dataset.frame = name;
-  if (name === "stopped") {
-    frameWatch.abort();
-    progress.stopped();
-  }
+  if (name === "stopped" || name === "error") frameWatch.abort();
+  if (name === "stopped") progress.stopped();
 }
 
 /** Pictures of a new view are on their way: how far they are is asked for until the full one is there. */
@@ -326,7 +327,8 @@ function onChosen() {
   const { pointer } = selection;
   find("chosen-name").textContent = selection.thing?.title ?? "";
   find("chosen-tools").hidden = !pointer;
-  if (pointer) panels?.reveal(pointer);
+  // The keys go on meaning the picture.
+  if (pointer) panels?.reveal(pointer, false);
 }
 
 function resetView() {
@@ -386,8 +388,8 @@ function bindTools() {
   const onClick = (id, act) => find(id).addEventListener("click", act);
   onClick("reset-view", resetView);
   onClick("dark-reset", resetView);
-  onClick("undo", () => scene.turn("undo"));
-  onClick("redo", () => scene.turn("redo"));
+  onClick("undo", () => turn("undo"));
+  onClick("redo", () => turn("redo"));
   onClick("share", copyLink);
   onClick("chosen-delete", () => selection.remove());
   onClick("chosen-frame", hand.frameChosen);
@@ -413,7 +415,12 @@ function onShortcut(event) {
   const key = event.key.toLowerCase();
   if (key !== "z" && key !== "y") return;
   event.preventDefault();
-  scene.turn(key === "y" || event.shiftKey ? "redo" : "undo");
+  turn(key === "y" || event.shiftKey ? "redo" : "undo");
+}
+
+/** Of a preset that nobody changed there is nothing to take back. */
+function turn(route) {
+  if (!(session.isPreset && scene.isSettled)) scene.turn(route);
 }
 
 async function start() {

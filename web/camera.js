@@ -55,9 +55,10 @@ function halfHeight_m(camera) {
   return Math.tan(radians(camera.projection.vertical_fov_deg) / 2) * distance_m(camera);
 }
 
-/** The same view with coordinates that a person can read: six digits of the distance to the target. */
+/** The same view with coordinates that a person can read: six digits of what is seen. */
 export function tidied(camera) {
-  const unit_m = 10 ** (Math.floor(Math.log10(Math.max(distance_m(camera), 1e-6))) - 5);
+  const seen_m = isOrthographic(camera) ? camera.projection.height_m : Infinity;
+  const unit_m = 10 ** (Math.floor(Math.log10(Math.max(Math.min(distance_m(camera), seen_m), 1e-6))) - 5);
   const digits = Math.max(-Math.round(Math.log10(unit_m)), 0);
   const tidy = (point) => point.map((x) => Number((Math.round(x / unit_m) * unit_m).toFixed(digits)));
   return { ...camera, position: tidy(camera.position), target: tidy(camera.target) };

@@ -5,6 +5,8 @@ import { button, element, numberText, plainDoc } from "./dom.js";
 import { progressText } from "./progress.js";
 
 const SCALES = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1];
+// More pixels no comparison has.
+const PIXELS_MOST = 2e6;
 const FIGURES = ["median", "p95", "max"];
 
 const percent = (share) => `${numberText(100 * share, 3)} %`;
@@ -70,8 +72,9 @@ export class ErrorLayer {
     this.cancel();
     const controller = new AbortController();
     this.#controller = controller;
+    const fit = Math.min(1, Math.sqrt(PIXELS_MOST / (width * height)));
     try {
-      await this.#refine(width, height, controller.signal);
+      await this.#refine(fit * width, fit * height, controller.signal);
     } catch (error) {
       if (controller.signal.aborted) return;
       this.#say(error.message);

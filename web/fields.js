@@ -64,8 +64,16 @@ function follow({ form, schema, path, node, rebuild }, shape) {
     return shape === "choice" ? form.schemas.choiceIndex(schema, value) : "present";
   };
   const built = formOf();
-  form.bind(node, () => { if (node.isConnected && formOf() !== built) rebuild(); });
+  form.bind(node, () => {
+    if (!node.isConnected || formOf() === built) return;
+    const active = document.activeElement;
+    // Whoever types goes on, and sees the rest afterwards.
+    if (node.contains(active) && active.matches(TYPED)) active.addEventListener("blur", () => form.refresh(), { once: true });
+    else rebuild();
+  });
 }
+
+const TYPED = "input:not([type=range], [type=checkbox], [type=color]), textarea";
 
 const isContainer = (shape) => shape === "object" || shape === "list";
 const emptyOf = (shape) => (shape === "list" ? [] : {});
@@ -152,7 +160,7 @@ function buildTagged(spot) {
   select.addEventListener("change", async () => {
     const variant = variants[select.selectedIndex];
     const next = schemas.initialVariant(schema, variant, store.get(path) ?? value);
-    store.set(path, await placed(form, variant.schema, next));
+    store.set(path, await placed(form, variant.schema, next, store.get(path) ?? value));
     rebuild();
   });
   control.append(select);

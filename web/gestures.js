@@ -101,7 +101,9 @@ function drag(before, after, event, surface, actions) {
 
 function onWheel(event, surface, actions) {
   event.preventDefault();
-  const delta_px = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * WHEEL_LINE_PX;
+  // With the shift key the wheel turns sideways.
+  const delta = event.deltaY || event.deltaX;
+  const delta_px = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? delta : delta * WHEEL_LINE_PX;
   if (!event.ctrlKey && !event.shiftKey && actions.resize(delta_px)) return;
   // A pinch on a touchpad arrives as small wheel steps with the control key.
   actions.zoom(Math.exp(delta_px * (event.ctrlKey ? 0.01 : 0.001)), pointOf(pixelOf(event), surface));

@@ -117,11 +117,11 @@ function changeItems({ form, path, rebuild }, change) {
 // Where a thing is, by the names that such properties have.
 const PLACES = ["position", "center"];
 
-/** A new value of that schema where the view looks, if it is somewhere and does not say where. */
-export async function placed(form, schema, value) {
+/** A new value of that schema where the view looks, if it is somewhere and was nowhere `before`. */
+export async function placed(form, schema, value, before = {}) {
   const place = PLACES.find((name) => schema.properties?.[name]);
   const isBox = schema.properties?.min && schema.properties?.max;
-  if (!place && !isBox) return value;
+  if ((!place && !isBox) || place in before || (isBox && before.min)) return value;
   const focus = await form.getFocus();
   if (isBox) return { ...value, min: focus.map((x) => x - 0.5), max: focus.map((x) => x + 0.5) };
   return { ...value, [place]: focus };

@@ -31,6 +31,9 @@ async function table(name, mode) {
 export class Keeper {
   #document;
   #timer = 0;
+  /** Names of the changes that this page keeps. */
+  #mine = [];
+  #count = Date.now();
 
   constructor(document) {
     this.#document = document;
@@ -42,30 +45,49 @@ export class Keeper {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#keepScene(), REST_MS);
     const changes = structuredClone(pending.filter(({ revision }) => revision === undefined));
+    const keys = changes.map(({ key }) => [id, key]);
     const store = await table("pending", "readwrite").catch(() => null);
-    if (changes.length > 0) store?.put(changes, id);
-    else store?.delete(id);
+    // Another page may keep changes of the same scene: each goes by its own name.
+    changes.forEach((change, i) => store?.put({ at: this.#count + i, change }, keys[i]));
+    this.#count += changes.length;
+    const kept = this.#mine;
+    this.#mine = keys;
+    // Those of a scene that was left stay: they are sent when it is opened again.
+    const isOver = (key) => key[0] === id && !keys.some((other) => other[1] === key[1]);
+    for (const key of kept.filter(isOver)) store?.delete(key);
+  }
+
+  /** Goes on under another id: what was kept under the one before is not to be made again there. */
+  async moved(from) {
+    const old = this.#mine.filter(([id]) => id === from);
+    await this.keep();
+    const store = await table("pending", "readwrite").catch(() => null);
+    for (const key of old) store?.delete(key);
   }
 
   async #keepScene() {
-    const { id, scene, revision } = this.#document;
-    // Before the server has told the scene there is nothing to keep.
-    if (revision === null) return;
+    const { id, scene, revision, pending } = this.#document;
+    // Before the server has told the scene there is nothing to keep, and a preset is always there.
+    if (!revision) return;
     const store = await table("scenes", "readwrite").catch(() => null);
     if (!store) return;
-    store.put({ scene: structuredClone(scene), revision, at_ms: Date.now() }, id);
-    const keys = await done(store.getAllKeys());
-    if (keys.length <= SCENES_MOST) return;
-    const all = await Promise.all(keys.map(async (key) => [key, (await done(store.get(key))).at_ms]));
+    const keys = pending.filter(({ isUnseen, patch }) => !isUnseen && patch.length > 0).map(({ key }) => key);
+    store.put({ scene: structuredClone(scene), keys, at_ms: Date.now() }, id);
+    const ids = await done(store.getAllKeys());
+    if (ids.length <= SCENES_MOST) return;
+    const all = await Promise.all(ids.map(async (key) => [key, (await done(store.get(key))).at_ms]));
     for (const [key] of all.sort(([, a], [, b]) => b - a).slice(SCENES_MOST)) store.delete(key);
   }
 
-  /** `{pending, scene}` of what was kept under an id. */
+  /** `{pending, scene, keys}` of what was kept under an id: `keys` are those of the changes that the scene holds. */
   async kept(id) {
     try {
-      const pending = await done((await table("pending", "readonly")).get(id));
+      const range = IDBKeyRange.bound([id], [id, []]);
+      const pending = await done((await table("pending", "readonly")).getAll(range));
       const kept = await done((await table("scenes", "readonly")).get(id));
-      return { pending: pending ?? [], scene: kept?.scene };
+      const changes = pending.sort((a, b) => a.at - b.at).map(({ change }) => change);
+      this.#mine = changes.map(({ key }) => [id, key]);
+      return { pending: changes, scene: kept?.scene, keys: kept?.keys };
     } catch {
       return { pending: [] };
     }

@@ -19,10 +19,12 @@ export class Live {
   #backoff_ms = BACKOFF_MS.first;
   #timer = 0;
   #decoding = Promise.resolve();
+  /** Whether the server is surely the one that told what this page knows. */
+  #isSame = false;
 
   /**
    * Events: `hello(message)`, `scene(message)`, `viewers(count)`, `refused(seq, problem)`, `frame(header, blob)`, which is
-   * waited for before the frame is acknowledged; `gone()` where there is no such scene; `lost(retryIn_ms)` while the server is
+   * waited for before the frame is acknowledged; `gone()` where the server knows no such scene, `deleted()` where it was just deleted; `lost(retryIn_ms)` while the server is
    * away; `unavailable()` where requests must do; `revision()` answers the revision that the page has, or null.
    */
   constructor(events) {
@@ -36,7 +38,7 @@ export class Live {
   /** Opens the socket of a scene instead of the one before. */
   open(id) {
     this.#id = id;
-    this.#failures = 0;
+    this.#isSame = true;
     this.#reopen();
   }
 
@@ -47,7 +49,14 @@ export class Live {
 
   /** Has the scene told anew. */
   reopen() {
+    this.#isSame = false;
     this.#reopen();
+  }
+
+  /** Tries again after a while. */
+  retry() {
+    this.#later(this.#backoff_ms);
+    this.#backoff_ms = Math.min(this.#backoff_ms * 2, BACKOFF_MS.most);
   }
 
   #reopen() {
@@ -55,7 +64,7 @@ export class Live {
     this.#isOpen = false;
     if (this.#socket) this.#socket.onclose = this.#socket.onmessage = null;
     this.#socket?.close();
-    const socket = new WebSocket(api.liveAddress(this.#id, this.#events.revision()), PROTOCOL);
+    const socket = new WebSocket(api.liveAddress(this.#id, this.#isSame ? this.#events.revision() : null), PROTOCOL);
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.#hear(JSON.parse(data)) : this.#take(data));
     socket.onclose = ({ code }) => this.#closed(code);
@@ -82,30 +91,37 @@ export class Live {
     const blob = new Blob([new Uint8Array(data, 4 + length)], { type: header.content_type });
     const socket = this.#socket;
     this.#decoding = this.#decoding.then(async () => {
-      if (socket === this.#socket) await this.#events.frame(header, blob);
+      try {
+        if (socket === this.#socket) await this.#events.frame(header, blob);
+      } catch (error) {
+        // One picture that cannot be shown must not keep the next ones away.
+        console.error(error);
+      }
       if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ type: "ack", frame: header.frame }));
     });
   }
 
   async #closed(code) {
-    const wasOpen = this.#isOpen;
+    const [socket, wasOpen] = [this.#socket, this.#isOpen];
     this.#isOpen = false;
-    if (code === GONE) return this.#events.gone();
-    if (!wasOpen) {
-      const state = await this.#look();
-      if (state === "gone") return this.#events.gone();
-      if (state === "answers") this.#failures += 1;
-    }
-    if (this.#failures >= ATTEMPTS) {
+    this.#isSame = false;
+    if (code === GONE && wasOpen) return this.#events.deleted();
+    const state = wasOpen ? "closed" : await this.#look();
+    // Another scene may have been opened meanwhile.
+    if (socket !== this.#socket) return;
+    if (state === "gone") return this.#events.gone();
+    if (state === "answers") {
+      this.#failures += 1;
+      if (this.#failures < ATTEMPTS) return this.retry();
       this.#events.unavailable();
       return this.#later(AGAIN_MS);
     }
     this.#events.lost(this.#backoff_ms);
-    this.#later(this.#backoff_ms);
-    this.#backoff_ms = Math.min(this.#backoff_ms * 2, BACKOFF_MS.most);
+    this.retry();
   }
 
   #later(delay_ms) {
+    clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#reopen(), delay_ms);
   }
 

@@ -21,17 +21,29 @@ export class Outbox {
   #document;
   #events;
   #isBusy = false;
+  #isMissing = false;
   #timer = 0;
   #backoff_ms = BACKOFF_MS.first;
 
   /**
-   * Events: `prepare()` is waited for before the first change of a scene is sent; `refused(error)`, `waits(error, retryIn_ms)`,
-   * `sent()` when the server answers again; `missing()` is waited for when the server does not know the scene; `isLive()` says
-   * whether a socket tells what changes.
+   * Events: `prepare()` is waited for before a change is sent; `refused(error)`, `waits(error, retryIn_ms)`, `sent()` when the
+   * server answers again; `restore()` is waited for when the server does not know the scene, and answers whether it does now;
+   * `isLive()` says whether a socket tells what changes.
    */
   constructor(document, events) {
     this.#document = document;
     this.#events = events;
+  }
+
+  /** Says that the server has lost the scene: it is given back before anything else is sent. */
+  missing() {
+    this.#isMissing = true;
+    this.pump();
+  }
+
+  /** Forgets that, for another scene is open now. */
+  forget() {
+    this.#isMissing = false;
   }
 
   /** Sends what there is, if nothing is on its way. */
@@ -40,9 +52,16 @@ export class Outbox {
     this.#isBusy = true;
     clearTimeout(this.#timer);
     try {
-      for (let change = this.#next(); change; change = this.#next()) {
+      for (;;) {
+        if (this.#isMissing) {
+          this.#isMissing = false;
+          if (!(await this.#events.restore())) break;
+        }
+        const change = this.#document.next;
+        if (!change) break;
         await this.#events.prepare();
-        await this.#send(change);
+        // Another scene may have been opened meanwhile.
+        if (change === this.#document.next) await this.#send(change);
       }
     } catch (error) {
       this.#later(error);
@@ -51,27 +70,25 @@ export class Outbox {
     }
   }
 
-  #next() {
-    return this.#document.pending.find(({ revision }) => revision === undefined);
-  }
-
   async #send(change) {
     const document = this.#document;
+    const { id } = document;
     change.isSent = true;
-    const body = change.route === "edits"
-      ? { edits: editsOf(change), ...(change.needsBase && { base_revision: document.latest }) }
-      : undefined;
+    const body = change.route === "edits" ? { edits: editsOf(change) } : undefined;
     try {
-      const { revision, patch } = await api.write(document.id, change.route, body, change.key);
+      const { revision, patch } = await api.write(id, change.route, body, change.key);
       this.#backoff_ms = BACKOFF_MS.first;
       this.#events.sent();
       document.answered(change, revision, this.#events.isLive() ? undefined : patch);
     } catch (error) {
-      if (!(error instanceof Problem)) throw error;
-      if (error.status === MISSING) return this.#events.missing();
-      if (error.isBusy || LATER.includes(error.status)) throw error;
+      if (id !== document.id) return;
+      if (!(error instanceof Problem) || error.isBusy || LATER.includes(error.status)) throw error;
+      if (error.status === MISSING) {
+        this.#isMissing = true;
+        return;
+      }
       document.refused(change);
-      this.#events.refused(error, change);
+      this.#events.refused(error);
     }
   }
 

@@ -88,8 +88,8 @@ export class Panels {
     }
   }
 
-  /** Unfolds the way to what a pointer names and puts the focus there. */
-  reveal(pointer) {
+  /** Unfolds the way to what a pointer names and, if it `takesFocus`, puts the focus there. */
+  reveal(pointer, takesFocus = true) {
     let node = null;
     for (let next = this.#nearest(pointer); next && next !== node; next = this.#nearest(pointer)) {
       node = next;
@@ -97,7 +97,7 @@ export class Panels {
     }
     this.showErrors(this.#errors);
     for (let fold = node?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
-    node?.querySelector("input, select, textarea, button, summary")?.focus();
+    if (takesFocus) node?.querySelector("input, select, textarea, button, summary")?.focus();
     node?.scrollIntoView({ block: "nearest" });
   }
 

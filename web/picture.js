@@ -42,9 +42,10 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
   /** The place in the scene that is seen at a point: on the surface there, or as deep as what is looked at. */
   const under = (point) => {
     const { camera, aspect } = frameOf();
+    // Of a reading the place counts: the eye may have moved since.
     const hit = hitAt(point);
-    const far_m = Math.hypot(...camera.position.map((x, i) => x - camera.target[i]));
-    if (hit && hit.distance_m < PIVOT_MOST * far_m) return along(rayAt(point), hit.distance_m);
+    const far_m = (place) => Math.hypot(...camera.position.map((x, i) => x - place[i]));
+    if (hit && far_m(hit.point) < PIVOT_MOST * far_m(camera.target)) return hit.point;
     return pointAtDepthOf(camera, point, aspect, camera.target);
   };
   /** The point that is looked at, a little in front of the surface there. */
@@ -57,8 +58,10 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
   const frameChosen = () => {
     const { thing } = selection;
     const place = thing && placeOf(store.scene, thing);
-    if (!place) return store.set(["camera"], completeCamera(homeCamera()));
-    move((camera) => framing(camera, place, radiusOf(store.scene, thing) ?? FRAMED_SHARE * heightAt_m(camera, place)));
+    if (!thing) return store.set(["camera"], completeCamera(homeCamera()));
+    const { point } = thing;
+    if (!place && !point) return;
+    move((camera) => framing(camera, place ?? point, radiusOf(store.scene, thing) ?? FRAMED_SHARE * heightAt_m(camera, camera.target)));
   };
 
   function showCursor() {
@@ -99,7 +102,7 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
     const moveTo = (to) => {
       if (!drag) {
         selection.choose(thing);
-        drag = selection.drag(thing, point);
+        drag = selection.drag(point);
       }
       drag(to);
     };
@@ -107,8 +110,10 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
   }
 
   async function tap(point, isTouch) {
-    await probeAt(point, isTouch);
-    if (!tools.paints) selection.choose(selection.pick(point, hitAt(point)));
+    probeAt(point, isTouch);
+    if (tools.paints) return;
+    const [reading] = await probe.ask([rayAt(point)]).catch(() => []);
+    selection.choose(selection.pick(point, reading?.hit ?? null));
   }
 
   function key(event) {

@@ -18,7 +18,7 @@ const SQRT_PI = Math.sqrt(Math.PI);
 const largest = (value) => (Array.isArray(value) ? Math.max(...value) : value ?? 0);
 const isShown = (thing) => thing?.enabled !== false;
 
-/** `{path, at, title}`: the path of a thing in the scene, and the path of its position. */
+/** `{path, at, title}`: the path of a thing in the scene, and the path of its position, if it has one. */
 function thing(path, position, title) {
   return { path, at: position && [...path, ...position], title };
 }
@@ -68,11 +68,11 @@ export function blobOn(scene, { origin, direction }, limit_m) {
   return best;
 }
 
-/** The surface of that id. */
-export function surfaceOf(scene, id) {
+/** The surface that a probe met. */
+export function surfaceOf(scene, { surface: id, point }) {
   const index = (scene.surfaces ?? []).findIndex((surface) => surface.id === id);
   if (index === -1) return null;
-  return thing(["surfaces", index], SHAPES[scene.surfaces[index].shape?.kind], id);
+  return { ...thing(["surfaces", index], SHAPES[scene.surfaces[index].shape?.kind], id), point };
 }
 
 /** `{path, value}` of what must be set to move a thing by `step` metres from where it was in `before`, its value then. */

@@ -114,6 +114,11 @@ export class Preview {
     this.#events.frame({ seq: this.#count, ...info });
   }
 
+  /** Another scene is shown from now on: what is on the screen is not of it. */
+  forget() {
+    this.#shown = null;
+  }
+
   /** Says what is on the screen, if it is what was asked for last. */
   look() {
     if (!this.#shown || this.#usesRequests || this.#isStopped) return;

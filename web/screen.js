@@ -2,6 +2,8 @@
 
 // Above so many, a second look at the same fog costs more than it shows.
 const WIDTH_MOST_PX = 3840;
+// And more than so many no picture has.
+const PIXELS_MOST = 8e6;
 
 export class Screen {
   #canvas;
@@ -24,7 +26,7 @@ export class Screen {
   get size() {
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [this.#canvas.clientWidth * ratio, this.#canvas.clientHeight * ratio];
-    const scale = Math.min(1, WIDTH_MOST_PX / Math.max(width, height, 1));
+    const scale = Math.min(1, WIDTH_MOST_PX / Math.max(width, height, 1), Math.sqrt(PIXELS_MOST / Math.max(width * height, 1)));
     return { width: Math.max(Math.round(width * scale), 1), height: Math.max(Math.round(height * scale), 1) };
   }
 

@@ -28,14 +28,14 @@ export class Selection {
   }
 
   choose(thing) {
-    this.#chosen = thing;
+    this.#chosen = thing && { ...thing, id: valueAt(this.#store.scene, thing.path)?.id };
     this.refresh();
     this.#onChange(thing);
   }
 
   /** Puts the ring where the thing is; what is gone is no longer chosen. */
   refresh() {
-    if (this.#chosen && valueAt(this.#store.scene, this.#chosen.path) === undefined) return this.choose(null);
+    if (this.#chosen && !this.#follow()) return this.choose(null);
     const { camera, aspect } = this.#getFrame();
     const place = this.#chosen && placeOf(this.#store.scene, this.#chosen);
     const seen = place && project(camera, place, aspect);
@@ -44,6 +44,19 @@ export class Selection {
     this.#ring.style.left = `${100 * seen.x}%`;
     this.#ring.style.top = `${100 * seen.y}%`;
     this.#ring.title = this.#chosen.title;
+  }
+
+  /** Finds the chosen thing again if its list has changed; answers whether it is there. */
+  #follow() {
+    const { id, path, at } = this.#chosen;
+    const { scene } = this.#store;
+    const there = valueAt(scene, path);
+    if (id === undefined || there?.id === id) return there !== undefined;
+    const index = (valueAt(scene, path.slice(0, -1)) ?? []).findIndex((other) => other.id === id);
+    if (index === -1) return false;
+    const moved = [...path.slice(0, -1), index];
+    this.#chosen = { ...this.#chosen, path: moved, at: at && [...moved, ...at.slice(path.length)] };
+    return true;
   }
 
   /** The lamp, emitter or chosen thing that can be grabbed at a point of the picture. */
@@ -65,11 +78,12 @@ export class Selection {
     const { camera, aspect } = this.#getFrame();
     const ray = rayThrough(camera, point.x, point.y, aspect);
     const { scene } = this.#store;
-    return this.handleAt(point) ?? blobOn(scene, ray, hit?.distance_m ?? Infinity) ?? (hit ? surfaceOf(scene, hit.surface) : null);
+    return this.handleAt(point) ?? blobOn(scene, ray, hit?.distance_m ?? Infinity) ?? (hit ? surfaceOf(scene, hit) : null);
   }
 
-  /** Begins to drag a thing from a point of the picture; answers `move(point)`, which puts it under another one. */
-  drag(thing, from) {
+  /** Begins to drag the chosen thing from a point of the picture; answers `move(point)`, which puts it under another one. */
+  drag(from) {
+    const thing = this.#chosen;
     const { path } = thing;
     const before = structuredClone(valueAt(this.#store.scene, path));
     const start = placeOf(this.#store.scene, thing);
@@ -78,7 +92,8 @@ export class Selection {
     const grabbed = pointAtDepthOf(camera, from, aspect, start);
     return (point) => {
       const there = pointAtDepthOf(camera, point, aspect, start);
-      const { path: at, value } = moved(thing, before, subtract(there, grabbed));
+      if (!this.#chosen) return;
+      const { path: at, value } = moved(this.#chosen, before, subtract(there, grabbed));
       this.#store.set(["scene", ...at], value, stroke);
     };
   }

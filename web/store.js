@@ -49,12 +49,9 @@ export class Store {
     else this.#document.insert(path.slice(1), index, value);
   }
 
-  /** Takes an entry out of a list of the scene. A blob goes by its place, at a revision: others may have moved it. */
+  /** Takes an entry out of a list of the scene. */
   remove(path) {
-    const [list, index] = path.slice(-2);
-    if (list !== "blobs") return this.#document.remove(path.slice(1));
-    const edit = { op: "delete", term: path.at(-3), blobs: [index] };
-    this.#document.edit(edit, undefined, true);
+    this.#document.remove(path.slice(1));
   }
 
   /** Forgets what it knows of the scene that was. */

@@ -31,6 +31,7 @@ fn main() {
         exposure_ev: 0.0,
         tonemap: Tonemap::Agx,
         for_screen: false,
+        is_hasty: false,
         estimator: None,
         options: Options::default(),
     };

@@ -163,6 +163,7 @@ fn view(quality: Quality) -> View {
         exposure_ev: 0.0,
         tonemap: Tonemap::Agx,
         for_screen: true,
+        is_hasty: false,
         estimator: None,
         options: Options::default(),
     }

@@ -187,6 +187,7 @@ impl Pair {
             exposure_ev: 0.0,
             tonemap: Tonemap::default(),
             for_screen: false,
+            is_hasty: false,
             estimator: Some(estimator),
             options: Options::default(),
         }

@@ -110,6 +110,17 @@ impl<K, V> Kept<K, V> {
         Some(value)
     }
 
+    /// The value used last of those whose keys are like that.
+    pub fn newest(&self, is_like: impl Fn(&K) -> bool) -> Option<Arc<V>> {
+        let entries = lock(&self.entries);
+        entries.iter().filter(|entry| is_like(&entry.key)).find_map(|entry| {
+            match &*lock(&entry.cell.state) {
+                State::Made(value) => Some(Arc::clone(value)),
+                State::Absent | State::Begun => None,
+            }
+        })
+    }
+
     /// Keeps a value that was made together with others.
     pub fn put(&self, key: K, value: V) -> Arc<V>
     where

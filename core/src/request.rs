@@ -129,6 +129,8 @@ pub struct View {
     pub tonemap: Tonemap,
     /// Whether it becomes an 8-bit picture.
     pub for_screen: bool,
+    /// Whether a draft of it must be made faster than a draft is: it may be coarser.
+    pub is_hasty: bool,
     /// The airlight estimator, if not the scene's own.
     pub estimator: Option<Method>,
     /// What it may lose for speed.
@@ -163,6 +165,7 @@ impl RenderRequest {
             exposure_ev: self.exposure_ev,
             tonemap: self.tonemap,
             for_screen: false,
+            is_hasty: false,
             estimator: None,
             options: self.options,
         };
@@ -238,6 +241,7 @@ impl FrameRequest {
             exposure_ev: self.exposure_ev,
             tonemap: self.tonemap,
             for_screen: false,
+            is_hasty: false,
             estimator: None,
             options: self.options,
         };

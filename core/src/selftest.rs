@@ -179,6 +179,7 @@ pub(crate) fn view(layer: Layer) -> View {
         exposure_ev: 0.0,
         tonemap: Tonemap::Agx,
         for_screen: false,
+        is_hasty: false,
         estimator: None,
         options: Options::default(),
     }

@@ -21,11 +21,19 @@ impl FromRequestParts<App> for SceneId {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let Path(id) = Path::<String>::from_request_parts(parts, app).await.map_err(|_| no_id())?;
+        Self::read(id)
+    }
+}
+
+impl SceneId {
+    /// The id that a text is.
+    ///
+    /// # Errors
+    /// 404 where it is none.
+    pub fn read(id: String) -> Result<Self, Problem> {
         let is_plain = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
-        if (1..=ID_CHARS).contains(&id.len()) && id.bytes().all(is_plain) {
-            return Ok(Self(id));
-        }
-        Err(no_id())
+        let is_id = (1..=ID_CHARS).contains(&id.len()) && id.bytes().all(is_plain);
+        if is_id { Ok(Self(id)) } else { Err(no_id()) }
     }
 }
 

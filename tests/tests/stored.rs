@@ -510,6 +510,9 @@ fn a_scene_or_a_preset_is_copied_without_being_sent() {
     server.post("/v1/scenes/other/edits", &edits(&[paint(0.0)])).expect_success();
     assert_ne!(server.get("/v1/scenes/other").json()["scene"], scene_of(&server));
     assert_eq!(copy("nothing", "more").status, 404);
+    assert_eq!(copy("No%20id", "more").status, 404);
+    assert_eq!(copy("other", "2024").status, 201);
+    assert_eq!(copy("2024", "more").status, 201);
     assert_eq!(server.send(&Request::new("PUT", "/v1/scenes/x?of=room")).status, 422);
 }
 

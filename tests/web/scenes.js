@@ -95,6 +95,14 @@ async function opening(browser) {
     await turn("Control+z");
     assert.equal((await stored(id)).scene.fog.terms[0].extinction, (await stored("street-thin")).scene.fog.terms[0].extinction);
   });
+  await holds("a preset is as it was, whatever was made of it", async () => {
+    const { scenes: before } = await (await fetch(`http://${address}/v1/scenes`)).json();
+    await toFull(() => page.selectOption("#preset", "street-thin"));
+    await page.waitForTimeout(700);
+    assert.equal(await state("saved"), "preset");
+    assert.deepEqual(await scene(), (await stored("street-thin")).scene);
+    assert.deepEqual((await (await fetch(`http://${address}/v1/scenes`)).json()).scenes, before);
+  });
 }
 
 async function painting() {
@@ -185,7 +193,8 @@ async function choosing() {
     const [x, y] = [0.5, 0.5];
     await page.mouse.click(...(await onPicture(x, y)));
     await until(() => window.fogbank.chosen === "/scene/fog/terms/0/blobs/0");
-    await toFull(() => press("Delete"));
+    // The click itself has given the picture the keys.
+    await toFull(() => page.keyboard.press("Delete"));
     assert.deepEqual(await blobs(), []);
     assert.equal(await chosen(), null);
     await page.mouse.click(...(await onPicture(x, y)));
@@ -215,21 +224,19 @@ async function choosing() {
 async function looking() {
   await holds("the view turns about what is under the pointer, and zooms there", async () => {
     await load(STAGE);
-    const placeOf = async (reading) => {
-      const box = await page.locator("#picture").boundingBox();
-      return page.evaluate(([hit, w, h]) => ({ hit, w, h }), [reading.hit, box.width, box.height]);
-    };
     const before = await probeAt(0.75, 0.4);
-    await placeOf(before);
     await toFull(async () => { for (let i = 0; i < 3; i += 1) await page.mouse.wheel(0, -200); });
     const after = await probeAt(0.75, 0.4);
     assert.equal(after.hit.surface, before.hit.surface);
     assert.ok(after.hit.distance_m < 0.7 * before.hit.distance_m, `${after.hit.distance_m}`);
-    assert.ok(gap(after.hit.position ?? [0, 0, 0], before.hit.position ?? [0, 0, 0]) < 0.05 * before.hit.distance_m);
+    assert.ok(gap(after.hit.point, before.hit.point) < 0.01 * before.hit.distance_m, "the wheel goes to where the pointer is");
     const pivot = after.hit.distance_m;
     await toFull(() => dragOver([[0.75, 0.4], [0.72, 0.4], [0.68, 0.4], [0.65, 0.4]]));
     const turned = await probeAt(0.75, 0.4);
     assert.ok(Math.abs(turned.hit.distance_m - pivot) < 0.02 * pivot, "the pivot stays where it is");
+    // However often the wheel turns, nobody ends behind a wall.
+    await toFull(async () => { for (let i = 0; i < 30; i += 1) await page.mouse.wheel(0, -200); });
+    assert.ok((await camera()).position[2] > -2, `${(await camera()).position}`);
   });
   await holds("no view ends below the floor, and F looks at what is chosen", async () => {
     await toFull(() => press("Home"));
@@ -358,6 +365,40 @@ async function together() {
     await second.close();
     turnTo(first);
     await tool("select");
+  });
+  await holds("who has chosen a lamp keeps it when another lamp goes, and a change that no longer fits is taken back", async () => {
+    const lamp = (id, x) => ({ id, kind: "point", position: [x, 3, 1], intensity: [20, 20, 20] });
+    await load({ ...STAGE, lights: [lamp("left", -2), lamp("middle", 0), lamp("right", 2)] });
+    await page.mouse.click(...(await onPicture(...(await seenAt([2, 3, 1])))));
+    await until(() => window.fogbank.chosen === "/scene/lights/2");
+    const body = JSON.stringify([{ op: "remove", path: "/lights/0" }]);
+    const headers = { "Content-Type": "application/json-patch+json" };
+    const id = await idOf();
+    await toFull(() => fetch(`http://${address}/v1/scenes/${id}`, { method: "PATCH", body, headers }));
+    await until(() => window.fogbank.chosen === "/scene/lights/1");
+    // While one cannot send, the other takes the lamp away.
+    await page.route("**/edits", (route) => setTimeout(() => route.continue(), 800));
+    const light = (await scene()).lights[1];
+    assert.equal(light.id, "right");
+    await page.evaluate(() => window.fogbank.set(["scene", "lights", 1, "intensity"], [1, 2, 3]));
+    await fetch(`http://${address}/v1/scenes/${id}`, { method: "PATCH", body: JSON.stringify([{ op: "remove", path: "/lights/1" }]), headers });
+    await until(() => document.getElementById("status").checkVisibility());
+    await page.unroute("**/edits");
+    await saved();
+    assert.deepEqual((await scene()).lights.map((other) => other.id), ["middle"]);
+    assert.deepEqual(await scene(), (await stored(id)).scene);
+    assert.equal(await chosen(), null);
+    forgive();
+  });
+  await holds("a scene that somebody deletes stays deleted", async () => {
+    const id = await idOf();
+    await fetch(`http://${address}/v1/scenes/${id}`, { method: "DELETE" });
+    await until(() => /There is no scene/.test(document.getElementById("status").innerText));
+    await page.waitForTimeout(500);
+    assert.equal((await fetch(`http://${address}/v1/scenes/${id}`)).status, 404);
+    forgive();
+    await toFull(() => page.selectOption("#preset", "in-scatter"));
+    await load(STAGE);
   });
 }
 

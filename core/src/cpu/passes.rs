@@ -50,6 +50,7 @@ pub struct Fogging {
     group: Option<(usize, PhaseFunction)>,
     quality: Quality,
     for_screen: bool,
+    is_hasty: bool,
     lamp: Option<Light>,
     /// Lamps around whose images a draft computes all pixels.
     glows: Vec<Source>,
@@ -99,6 +100,7 @@ impl Fogging {
             group: scatter.map(|i| (of(i).group, of(i).phase)),
             quality: context.view.quality,
             for_screen: context.view.for_screen,
+            is_hasty: context.view.is_hasty,
             lamp: scatter.map(light),
             glows: if context.is_low() { sources.collect() } else { Vec::new() },
             together: together.iter().map(Light::new).collect(),

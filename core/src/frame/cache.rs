@@ -131,7 +131,8 @@ impl Cache {
         self.exact_to_light.get(&(Same::new(field), light), progress, make)
     }
 
-    /// The table around a light, which no move of the camera changes.
+    /// The table around a light, which no move of the camera changes; `make` is given one of the same light in another
+    /// fog, if there is one.
     ///
     /// # Errors
     /// What `make` fails with.
@@ -141,9 +142,14 @@ impl Cache {
         light: Source,
         fineness: Fineness,
         progress: &Progress,
-        make: impl FnOnce() -> Result<Option<LightTable>, Interrupted>,
+        make: impl FnOnce(Option<&LightTable>) -> Result<Option<LightTable>, Interrupted>,
     ) -> Result<Arc<Option<LightTable>>, Interrupted> {
-        self.tables.get(&((Same::new(field), light), fineness), progress, make)
+        let key = ((Same::new(field), light), fineness);
+        self.tables.get(&key, progress, || {
+            let like = |((_, other), size): &(Lit, Fineness)| *other == light && *size == fineness;
+            let known = self.tables.newest(like);
+            make(known.as_ref().and_then(|table| table.as_ref().as_ref()))
+        })
     }
 }
 

@@ -12,7 +12,7 @@
 use crate::geometry::bundle::Bundle;
 use crate::geometry::control::{Control, Each, PADDED};
 use crate::geometry::{Beyond, Origin};
-use crate::media::{Field, Outline, Purpose};
+use crate::media::{Field, Outline, Patched, Purpose, Sum};
 use crate::num::{Lanes, Num};
 use crate::progress::{Interrupted, Job};
 use crate::request::Quality;
@@ -81,10 +81,14 @@ pub struct LightTable {
     lines: bool,
     /// `[face][row][column][shell]`.
     values: Vec<f32>,
+    /// The sums that lines were fitted to; empty where cubics run through them.
+    sums: Vec<f32>,
+    /// Of each square of directions what its sums depend on, where that can be told.
+    prints: Vec<Option<u64>>,
 }
 
 /// The directions in which a light sees fog from outside.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Window {
     /// Across, down, and towards the fog's middle.
     axes: [DVec3; 3],
@@ -147,7 +151,8 @@ impl Extent {
 }
 
 impl LightTable {
-    /// The table of a light; `None` if the blobs are too small for one.
+    /// The table of a light; `None` if the blobs are too small for one. What `known`, a table of the same light, says of
+    /// directions in which nothing has changed is taken from there, to the last bit.
     ///
     /// # Errors
     /// [`Interrupted`] when the job's progress says so.
@@ -156,17 +161,28 @@ impl LightTable {
         field: &Field,
         origin: Origin,
         fineness: Fineness,
+        known: Option<&Self>,
     ) -> Result<Option<Self>, Interrupted> {
         let empty = match origin {
             Origin::At(apex) => Self::empty(field, apex, fineness),
             Origin::Beyond(beyond) => Self::empty_beyond(field, &beyond, fineness),
         };
         let Some(mut table) = empty else { return Ok(None) };
-        table.fill(job, field)?;
+        let known = known.filter(|known| known.has_places_of(&table));
+        table.fill(job, field, known)?;
         if table.lines {
-            table.values = table.fitted();
+            table.sums = table.fit(known);
         }
         Ok(Some(table))
+    }
+
+    /// Whether its samples stand where those of another table do.
+    fn has_places_of(&self, other: &Self) -> bool {
+        let places = |table: &Self| {
+            let Self { apex, window, side, shells, first, density, lines, .. } = *table;
+            (apex, window, side, shells, first, density, lines)
+        };
+        places(self) == places(other)
     }
 
     /// A table without its values.
@@ -196,6 +212,8 @@ impl LightTable {
             density: density as f32,
             lines,
             values: vec![0.0; faces * (side + 2) * (side + 2) * shells],
+            sums: Vec::new(),
+            prints: Vec::new(),
         })
     }
 
@@ -220,10 +238,22 @@ impl LightTable {
             density: density as f32,
             lines,
             values: vec![0.0; (side + 2) * (side + 2) * shells],
+            sums: Vec::new(),
+            prints: Vec::new(),
         })
     }
 
-    fn fill(&mut self, job: &Job, field: &Field) -> Result<(), Interrupted> {
+    /// Squares of directions across a face.
+    fn squares(&self) -> usize {
+        (self.side + 2).div_ceil(GROUP)
+    }
+
+    /// What was summed up, before lines were fitted to it.
+    fn sums(&self) -> &[f32] {
+        if self.lines { &self.sums } else { &self.values }
+    }
+
+    fn fill(&mut self, job: &Job, field: &Field, known: Option<&Self>) -> Result<(), Interrupted> {
         let (wide, shells) = (self.side + 2, self.shells);
         let t: Vec<Each> = (0..shells).map(|i| [self.radius(i) as f32; PADDED]).collect();
         // Bands of a face's rows: in each, squares of directions share a list of blobs.
@@ -231,38 +261,61 @@ impl LightTable {
         let faces = values.chunks_mut(wide * wide * shells).enumerate();
         let bands = faces.flat_map(|(face, values)| {
             let bands = values.chunks_mut(GROUP * wide * shells).enumerate();
-            bands.map(move |(band, values)| (face, band * GROUP, values))
+            bands.map(move |(band, values)| (face, band, values))
         });
-        bands.collect::<Vec<_>>().into_par_iter().try_for_each(|(face, row, part)| {
+        let bands = bands.collect::<Vec<_>>().into_par_iter().map(|(face, band, part)| {
+            let first = (face * self.squares() + band) * self.squares();
+            let start = (face * wide + band * GROUP) * wide * shells;
+            let mut prints = Vec::with_capacity(self.squares());
             for column in (0..wide).step_by(GROUP) {
-                let place = |i: usize| self.ray(face, row + i / GROUP, column + i % GROUP);
+                let place = |i: usize| self.ray(face, band * GROUP + i / GROUP, column + i % GROUP);
                 let square: Vec<_> = (0..GROUP * GROUP).map(place).collect();
-                let depths = self.group(job, field, &square, &t)?;
-                for (i, shells_of) in depths.into_iter().enumerate() {
-                    let (y, x) = (i / GROUP, column + i % GROUP);
-                    let at = (y * wide + x) * shells;
-                    if x < wide && at < part.len() {
-                        part[at..at + shells].copy_from_slice(&shells_of);
+                let lumps = self.lumps(job, field, &square, &t);
+                let print = lumps.1.fingerprint();
+                let at = first + column / GROUP;
+                let known = known.filter(|known| print.is_some() && known.prints[at] == print);
+                let width = GROUP.min(wide - column) * shells;
+                let lines = part.chunks_mut(wide * shells).enumerate();
+                let lines = lines.map(|(y, line)| (y, &mut line[column * shells..][..width]));
+                match known {
+                    Some(known) => lines.for_each(|(y, line)| {
+                        let from = start + (y * wide + column) * shells;
+                        line.copy_from_slice(&known.sums()[from..][..width]);
+                    }),
+                    None => {
+                        let depths = self.depths(job, &square, lumps, &t)?;
+                        for (y, line) in lines {
+                            for (x, line) in line.chunks_mut(shells).enumerate() {
+                                line.copy_from_slice(&depths[y * GROUP + x]);
+                            }
+                        }
                     }
                 }
+                prints.push(print);
             }
-            Ok(())
-        })?;
+            Ok(prints)
+        });
+        let prints: Vec<Vec<_>> = bands.collect::<Result<_, Interrupted>>()?;
+        self.prints = prints.concat();
         self.values = values;
         Ok(())
     }
 
-    /// The samples between which straight lines are best. A line between two values of a curve is off by
-    /// h²/12 of its second derivative on the whole, always to the same side: each value less a twelfth of its second
-    /// differences leaves errors to both sides, less than half as large.
-    fn fitted(&self) -> Vec<f32> {
+    /// Moves the samples to where straight lines between them are best, and answers where they were. A line between two
+    /// values of a curve is off by h²/12 of its second derivative on the whole, always to the same side: each value less
+    /// a twelfth of its second differences leaves errors to both sides, less than half as large.
+    fn fit(&mut self, known: Option<&Self>) -> Vec<f32> {
         const SHARE: f32 = 1.0 / 12.0;
         let (wide, shells) = (self.side + 2, self.shells);
         let line = wide * shells;
         let bend = |before: f32, at: f32, after: f32| SHARE * (before + after - 2.0 * at);
         let mut fitted = self.values.clone();
+        let row = |i: usize| &self.values[i * line..][..line];
         fitted.par_chunks_mut(line).enumerate().for_each(|(i, fitted)| {
-            let row = |i: usize| &self.values[i * line..][..line];
+            if let Some(known) = known.filter(|known| self.is_line_of(known, i)) {
+                fitted.copy_from_slice(&known.values[i * line..][..line]);
+                return;
+            }
             let here = row(i);
             if 0 < i % wide && i % wide < wide - 1 {
                 let (above, below) = (row(i - 1), row(i + 1));
@@ -279,12 +332,23 @@ impl LightTable {
                 }
             }
         });
-        fitted
+        std::mem::replace(&mut self.values, fitted)
+    }
+
+    /// Whether nothing around the line of samples at that place has changed since another table.
+    fn is_line_of(&self, known: &Self, i: usize) -> bool {
+        let (wide, squares) = (self.side + 2, self.squares());
+        let (face, row) = (i / wide, i % wide);
+        let bands = row.saturating_sub(1) / GROUP..=(row + 1).min(wide - 1) / GROUP;
+        let first = (face * squares + bands.start()) * squares;
+        let last = (face * squares + bands.end() + 1) * squares;
+        let same = |at: usize| self.prints[at].is_some() && self.prints[at] == known.prints[at];
+        (first..last).all(same)
     }
 
     /// How much memory it takes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.values.as_slice())
+        size_of_val(self.values.as_slice()) + size_of_val(self.sums.as_slice())
     }
 
     /// From where places are counted [m].
@@ -343,18 +407,28 @@ impl LightTable {
         (self.apex, direction.normalize())
     }
 
-    /// T/d of the lumps at every shell, or T, for each of some ways.
-    fn group(
+    /// The lumps that matter to some ways, and the bundle that these are.
+    fn lumps(
         &self,
         job: &Job,
         field: &Field,
         square: &[(DVec3, DVec3)],
         t: &[Each],
-    ) -> Result<Vec<Vec<f32>>, Interrupted> {
+    ) -> (Bundle, Sum<dyn Patched>) {
         let longest = f64::from(t[t.len() - 1][0]);
         let around = Bundle::around(square, longest);
         let bundle = around.unwrap_or(Bundle::all_around(self.apex, longest));
-        let lumps = field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched();
+        (bundle, field.near_lumps(job.level, bundle, 0.0, Purpose::Nodes).patched())
+    }
+
+    /// T/d of the lumps at every shell, or T, for each of some ways.
+    fn depths(
+        &self,
+        job: &Job,
+        square: &[(DVec3, DVec3)],
+        (bundle, lumps): (Bundle, Sum<dyn Patched>),
+        t: &[Each],
+    ) -> Result<Vec<Vec<f32>>, Interrupted> {
         let mut all = Vec::with_capacity(square.len());
         let rows = (LUMPS_A_LOOK / lumps.terms().max(1)).max(1);
         let is_parallel = self.is_parallel();

@@ -42,9 +42,9 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.source);
-        let make = || {
+        let make = |known: Option<&LightTable>| {
             makes = true;
-            LightTable::new(&context.job, field, light.origin(), fineness)
+            LightTable::new(&context.job, field, light.origin(), fineness, known)
         };
         cache.light_table(field, light, fineness, context.job.progress, make)
     };

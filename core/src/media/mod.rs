@@ -34,6 +34,7 @@ use crate::progress::Job;
 use fearless_simd::Level;
 use glam::{DVec3, Vec3, Vec4};
 use std::fmt::Debug;
+use std::hash::DefaultHasher;
 
 /// Declares the media: the union of terms that a scene may hold, and the sum that they come to.
 macro_rules! media {
@@ -488,6 +489,11 @@ impl Default for Lumps {
 pub trait Patched: Debug + Send + Sync {
     /// Terms that a sum has: what a place of a ray costs.
     fn terms(&self) -> usize;
+
+    /// Tells all that depths along rays depend on; false where that cannot be told.
+    fn tell(&self, _hasher: &mut DefaultHasher) -> bool {
+        false
+    }
 
     /// What its lumps around a smaller patch come to, added to `lumps`.
     fn weigh(&self, _cone: &PatchCone, _lumps: &mut Lumps) {}

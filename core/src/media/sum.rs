@@ -15,6 +15,7 @@ use crate::num::{Lanes, Num};
 use crate::progress::Job;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3};
+use std::hash::{DefaultHasher, Hasher};
 
 /// The extinction of a scene as one channel meets it: the sum of its enabled terms, those that scatter
 /// alike as one group.
@@ -379,6 +380,13 @@ impl Sum<dyn Patched> {
     /// Terms that a sum has.
     pub fn terms(&self) -> usize {
         self.0.iter().map(|(_, medium)| medium.terms()).sum()
+    }
+
+    /// A number that sums with other depths along rays hardly have; `None` where it cannot be told.
+    pub fn fingerprint(&self) -> Option<u64> {
+        let mut hasher = DefaultHasher::new();
+        let is_told = self.0.iter().all(|(_, medium)| medium.tell(&mut hasher));
+        is_told.then(|| hasher.finish())
     }
 
     /// What the rays of a smaller patch meet, and what its lumps come to beside the haze.

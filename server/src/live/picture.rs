@@ -118,7 +118,9 @@ fn sized(task: &Task) -> View {
         Tier::Full => pixels,
     };
     let quality = if task.tier == Tier::Draft { Quality::Draft } else { Quality::Full };
-    View { width: side(view.width), height: side(view.height), quality, ..view }.for_format(FORMAT)
+    let is_hasty = task.tier == Tier::Draft && task.scale.is_hasty();
+    let view = View { width: side(view.width), height: side(view.height), quality, ..view };
+    View { is_hasty, ..view }.for_format(FORMAT)
 }
 
 /// The length of the header, the header, the picture.

@@ -22,10 +22,14 @@ const SCALES: [f64; 9] = [1.0, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35, 0.3, 0.25];
 /// with fine pixels, may shrink further.
 const WHOLE_PIXELS: f64 = 800.0 * 600.0;
 
-/// The size of the next draft.
+/// What a coarser draft takes of the time of another of its size, at least.
+const HASTY: f64 = 0.65;
+
+/// The size of the next draft, and whether it is coarser than others, which comes last.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scale {
     place: usize,
+    is_hasty: bool,
 }
 
 impl Scale {
@@ -34,17 +38,25 @@ impl Scale {
         SCALES[self.place]
     }
 
+    /// Whether it is to be coarser than others of its size.
+    pub fn is_hasty(self) -> bool {
+        self.is_hasty
+    }
+
     /// Learns from a draft of this size of a picture of so many pixels; `is_typical` says that it took what drafts of a
     /// moving camera take.
     pub fn learn(&mut self, took: Duration, is_typical: bool, pixels: f64) {
         let budget = BUDGET.as_secs_f64() * OF_PASSES;
-        let per_area = took.as_secs_f64() / self.share().powi(2);
-        let takes = |place: usize| per_area * SCALES[place].powi(2);
-        if takes(self.place) > budget {
+        let took = took.as_secs_f64();
+        let takes = |place: usize| took * (SCALES[place] / self.share()).powi(2);
+        if took > budget {
             let least = 0.5 * (WHOLE_PIXELS / pixels).sqrt().min(1.0);
             let last = SCALES.iter().rposition(|share| *share >= least).unwrap_or_default();
             let fits = (self.place..=last).find(|place| takes(*place) <= budget);
+            self.is_hasty |= fits.is_none();
             self.place = fits.unwrap_or(last.max(self.place));
+        } else if is_typical && self.is_hasty {
+            self.is_hasty = took > SURELY * HASTY * budget;
         } else if is_typical && self.place > 0 && takes(self.place - 1) <= SURELY * budget {
             self.place -= 1;
         }
@@ -74,6 +86,22 @@ mod tests {
         assert_eq!(settled(70.0), 0.59);
         // Never smaller than half, however slow the machine is.
         assert_eq!(settled(1000.0), 0.5);
+    }
+
+    #[test]
+    fn what_is_as_small_as_may_be_and_still_late_is_coarser() {
+        let mut scale = Scale::default();
+        let mut learn = |ms| {
+            scale.learn(Duration::from_millis(ms), true, WHOLE_PIXELS);
+            (scale.share(), scale.is_hasty())
+        };
+        assert_eq!(learn(200), (0.5, true));
+        assert_eq!(learn(40), (0.5, true));
+        // Not so much faster that others of its size would come in time.
+        assert_eq!(learn(25), (0.5, true));
+        assert_eq!(learn(15), (0.5, false));
+        assert_eq!(learn(15), (0.59, false));
+        assert_eq!(learn(29), (0.5, false));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
+use std::hash::{DefaultHasher, Hash};
 
 /// Blobs of which half a patch's diagonal covers less than this share of the radius are seen.
 const COARSE: f32 = 0.4;
@@ -72,6 +73,14 @@ impl PatchBlobs {
 impl Patched for PatchBlobs {
     fn terms(&self) -> usize {
         self.0.len()
+    }
+
+    fn tell(&self, hasher: &mut DefaultHasher) -> bool {
+        for PatchBlob { b: [x, y, z], a, k, is_slab } in &self.0 {
+            [x, y, z, a, k].map(|number| number.to_bits()).hash(hasher);
+            is_slab.hash(hasher);
+        }
+        true
     }
 
     fn weigh(&self, cone: &PatchCone, lumps: &mut Lumps) {

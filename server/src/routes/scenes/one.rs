@@ -8,7 +8,7 @@ use crate::conditional::{self, tag};
 use crate::extract::{Digested, digest_of};
 use crate::openapi::Operation;
 use crate::problem::Problem;
-use crate::query::query;
+use crate::query::texts;
 use crate::scene_id::SceneId;
 use crate::store::record::{Head, Kind};
 use crate::store::{Made, Refusal};
@@ -55,9 +55,10 @@ pub async fn put(
     request: Request,
 ) -> Result<Response, Problem> {
     let headers = request.headers().clone();
-    let Source { from } = query(request.uri(), Ok::<Source, Vec<Wrong>>)?;
+    let Source { from } = texts(request.uri(), Ok::<Source, Vec<Wrong>>)?;
+    let from = from.map(SceneId::read).transpose()?;
     let body: Digested<CheckedScene> = match from {
-        Some(from) => {
+        Some(SceneId(from)) => {
             let digest = digest_of(&request, &[]);
             Digested { value: head(&app, &from).await?.scene.clone(), digest }
         }
