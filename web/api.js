@@ -82,8 +82,8 @@ export const scenes = async () => (await request("v1/scenes", { cache: "no-store
 export async function scene(id, revision) {
   const headers = revision === undefined ? {} : { "If-None-Match": `"${revision}"` };
   return reach(async () => {
-    // The browser would answer from what it keeps, and keep another copy of a large scene.
-    const response = await fetch(sceneAt(id), { headers, cache: "no-store" });
+    // Asked for again and again, the browser would answer all of it from what it keeps.
+    const response = await fetch(sceneAt(id), { headers, cache: revision === undefined ? "no-cache" : "no-store" });
     if (response.status === 304) return undefined;
     if (!response.ok) throw await problemOf(response);
     return response.json();

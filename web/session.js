@@ -89,8 +89,8 @@ export class Session {
     this.#isNew = true;
     this.#document.begin(id, pending);
     this.#events.moved(id);
-    this.#live.open(id);
-    if (this.isPolling) await this.poll();
+    // A request brings the scene compressed, or from what the browser keeps; the socket then need not.
+    if ((await this.poll()) && id === this.#document.id) this.#live.open(id);
   }
 
   /** The server does not know the scene any more: it gets what this page has of it. Answers whether it has it now. */
@@ -139,14 +139,17 @@ export class Session {
     return this.#polls !== 0;
   }
 
-  /** Asks whether the scene has changed. */
+  /** Asks whether the scene has changed. Answers false where there is none. */
   async poll() {
     const { id, known } = this.#document;
     try {
       const told = await api.scene(id, known ?? undefined);
       if (told && id === this.#document.id && known === this.#document.known) this.hello(told);
     } catch (error) {
-      if (error.status === 404) this.#events.gone();
+      if (error.status !== 404) return true;
+      if (id === this.#document.id) this.#events.gone();
+      return false;
     }
+    return true;
   }
 }

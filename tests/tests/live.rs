@@ -1,9 +1,12 @@
 //! The live preview over its socket.
 
+use fogbank_tests::http;
 use fogbank_tests::live::{Heard, Viewer, open, open_at};
 use fogbank_tests::server::Server;
 use fogbank_tests::soak::rounds;
 use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 fn room() -> Value {
@@ -286,4 +289,63 @@ fn what_was_stopped_is_not_drawn() {
     while let Some(heard) = viewer.hear_for(Duration::from_millis(500)) {
         assert!(matches!(heard, Heard::Text(_)), "{heard:?}");
     }
+}
+
+/// Asks for a socket and reads what the answer begins with; the stream is open as long as it is kept.
+fn knock(address: &str) -> (TcpStream, Option<u16>) {
+    let mut stream = http::connect(address);
+    stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+    let request = "GET /v1/scenes/room/live HTTP/1.1\r\nhost: localhost\r\nconnection: upgrade\r\nupgrade: websocket\r\n\
+        sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nsec-websocket-protocol: fogbank.v1\r\n\r\n";
+    // Whoever is turned away at the door may find it shut while it still speaks.
+    let mut head = [0; 12];
+    let read = stream.write_all(request.as_bytes()).and_then(|()| stream.read_exact(&mut head));
+    let status = std::str::from_utf8(&head[9..]).ok().and_then(|text| text.parse().ok());
+    (stream, read.ok().and(status))
+}
+
+#[test]
+fn as_many_as_come_at_once_are_let_in_or_told_that_they_are_too_many() {
+    let server = stored();
+    let began = Instant::now();
+    let all: Vec<_> = (0..rounds(1000)).map(|_| knock(&server.address)).collect();
+    assert!(began.elapsed() < Duration::from_secs(10 * 60), "they hang");
+    let count = |wanted: &[Option<u16>]| all.iter().filter(|(_, got)| wanted.contains(got)).count();
+    let (let_in, refused) = (count(&[Some(101)]), count(&[Some(429), Some(503)]));
+    assert!(let_in >= all.len().min(32), "{let_in} of {} are let in", all.len());
+    assert_eq!(
+        let_in + refused,
+        all.len(),
+        "{:?}",
+        all.iter().map(|(_, got)| got).collect::<Vec<_>>()
+    );
+    server.expect_healthy();
+    drop(all);
+    // There is room again.
+    let end = Instant::now() + Duration::from_secs(30);
+    while knock(&server.address).1 != Some(101) {
+        assert!(Instant::now() < end, "nobody is let in any more");
+    }
+}
+
+#[test]
+fn memory_does_not_grow_with_edits() {
+    /// What the allocator and the history of small changes may take besides.
+    const SLACK: usize = 48 << 20;
+    let server = stored();
+    let (mut viewer, _) = Viewer::of(&server.address, "room");
+    viewer.look(EYE, SIZE);
+    let mut edit = |turn: usize| {
+        let value = json!([40.0 + turn as f64, 34.0, 24.0]);
+        let patch = json!([{ "op": "replace", "path": "/lights/0/intensity", "value": value }]);
+        viewer.edit(&json!({ "op": "patch", "patch": patch }));
+        viewer.hear_until(|heard| heard.of_type("scene").map(|_| ()));
+    };
+    let turns = rounds(10_000);
+    (0..turns / 5).for_each(&mut edit);
+    let before = server.peak_memory_bytes();
+    (turns / 5..turns).for_each(&mut edit);
+    // The system counts to a few pages.
+    let grown = server.peak_memory_bytes().saturating_sub(before);
+    assert!(grown < SLACK, "{grown} bytes more");
 }

@@ -597,3 +597,48 @@ fn cubic<N: Num>(x: N) -> [N; 4] {
         outer * after * sixth,
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Progress;
+    use crate::scene::Scene;
+    use serde_json::json;
+
+    /// Small blobs around a lamp, one of which is so thick.
+    fn field(extinction: f64) -> Field {
+        let blob = |i: usize| {
+            let turn = i as f64;
+            let center = [4.0 * turn.cos(), 3.0 * (1.7 * turn).sin(), 4.0 * turn.sin()];
+            let extinction = if i == 7 { extinction } else { 0.5 };
+            json!({ "center": center, "radius": 0.4, "extinction": extinction })
+        };
+        let blobs: Vec<_> = (0..60).map(blob).collect();
+        let terms = json!([{ "kind": "gaussians", "blobs": blobs }]);
+        let text = json!({ "fog": { "terms": terms } }).to_string();
+        let scene: Scene = serde_json::from_str(&text).unwrap();
+        Field::new(&scene.fog.terms, 0, &scene.fog.moment(0.0))
+    }
+
+    /// What is taken from a table of another fog is what would be summed up, and much is.
+    #[test]
+    fn a_table_does_not_depend_on_the_one_before() {
+        let (progress, origin) = (Progress::default(), Origin::At(DVec3::ZERO));
+        let job = Job::new(&progress);
+        let fields = [field(0.5), field(0.7)];
+        for lines in [true, false] {
+            let fineness = Fineness::of(1, Quality::Draft, lines);
+            let table = |field: &Field, known: Option<&LightTable>| {
+                LightTable::new(&job, field, origin, fineness, known).unwrap().unwrap()
+            };
+            let before = table(&fields[0], None);
+            let (anew, after) = (table(&fields[1], None), table(&fields[1], Some(&before)));
+            assert!(after.has_places_of(&before));
+            assert!(anew.values.iter().eq(&after.values) && anew.sums.iter().eq(&after.sums));
+            assert_ne!(before.values, after.values);
+            let same = before.prints.iter().zip(&after.prints).filter(|(a, b)| a == b).count();
+            let all = after.prints.len();
+            assert!(all / 2 < same && same < all, "{same} of {all} squares are the same");
+        }
+    }
+}

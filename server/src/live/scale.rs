@@ -119,6 +119,9 @@ mod tests {
         assert_eq!(scale.share(), 0.5);
         scale.learn(Duration::from_millis(1), false, WHOLE_PIXELS);
         assert_eq!(scale.share(), 0.5);
+        // First as fine as others, then larger.
+        scale.learn(Duration::from_millis(1), true, WHOLE_PIXELS);
+        assert_eq!((scale.share(), scale.is_hasty()), (0.5, false));
         scale.learn(Duration::from_millis(1), true, WHOLE_PIXELS);
         assert!(scale.share() > 0.5);
     }

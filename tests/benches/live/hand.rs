@@ -59,7 +59,8 @@ pub fn print(wanted: &dyn Fn(&str) -> bool) {
     println!(
         "## One hand, at {}×{}\n\n\
          Milliseconds from what is said to the whole frame. Of the median, what was queue, passes, encoder, and the rest\n\
-         (the edit itself with its commit, the socket, the client). `scale` is the size of drafts that the server chose for a budget of 33 ms.\n\
+         (the edit itself with its commit, the socket, the client). `scale` is the size of drafts that the server chose for a budget of 33 ms;\n\
+         a draft of 0.50 that is late all the same is coarser as well.\n\
          `request` is what a page without the socket does: it posts the scene with every view.\n\n\
          | preset | what | p50 | p95 | queue / passes / encode / rest | scale | bytes up | kB down |\n\
          |---|---|---|---|---|---|---|---|",

@@ -1,8 +1,8 @@
 //! How a live preview feels: from a view or an edit to its frame, over the socket on loopback, beside the requests that
 //! send the whole scene; and how many edits and frames a server takes at a time.
 //!
-//! Prints docs/live.md: `FOGBANK_BIN=target/release/fogbank cargo bench -p fogbank-tests --bench live > docs/live.md`; add
-//! `-- 'city|room'` to measure some presets alone, `-- crowd` for many clients alone.
+//! Prints docs/live.md: `FOGBANK_BIN=$PWD/target/release/fogbank cargo bench -p fogbank-tests --bench live > docs/live.md`;
+//! add `-- 'city|room'` to measure some presets alone, `-- crowd` for many clients alone.
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a benchmark")]
 
