@@ -5,12 +5,13 @@ import { Brush } from "./brush.js";
 import { bindClock } from "./clock.js";
 import { completeCamera } from "./camera.js";
 import { SceneDocument } from "./document.js";
-import { element, plainDoc } from "./dom.js";
+import { element } from "./dom.js";
 import { ErrorLayer } from "./errors.js";
 import { Keeper } from "./keeper.js";
+import { buildLayers } from "./layers.js";
 import { showLegend } from "./legend.js";
 import { bindLibrary } from "./library.js";
-import { linkOf, readLink } from "./link.js";
+import { linkOf, readLink, shareLink } from "./link.js";
 import { Live } from "./live.js";
 import { Panels } from "./panels.js";
 import { bindPicture } from "./picture.js";
@@ -30,9 +31,6 @@ import { parseServerTiming, showFacts, showTimings } from "./timings.js";
 import { Tools } from "./tools.js";
 import { Outbox } from "./outbox.js";
 
-const LAYERS = ["beauty", "airlight", "optical_depth", "transmittance", "depth"];
-// What the errors are errors of.
-const COMPARED_LAYER = "airlight";
 const ACCEPT = { draft: "image/jpeg", full: "image/png" };
 const HISTORY_REST_MS = 150;
 const SAVED = { preset: "preset", saved: "saved", saving: "saving…", waiting: "not saved yet" };
@@ -348,40 +346,10 @@ async function loadScene(next) {
   }
 }
 
-/** The layer switch, from the schema's own list, and the errors. */
-function buildLayers(schemas) {
-  const schema = schemas.resolve(schemas.body("/v1/render").properties?.layer);
-  const options = schemas.options(schema) ?? LAYERS.map((value) => ({ value }));
-  const choice = (value, description, layer) => {
-    const radio = element("input", { type: "radio", name: "layer", value, checked: value === store.view.layer });
-    radio.addEventListener("change", () => {
-      errors.isOn = value !== layer;
-      store.set(["layer"], layer);
-    });
-    return element("label", { title: plainDoc(description) }, radio, element("span", {}, value.replaceAll("_", " ")));
-  };
-  errors.describe(schemas.component("Comparison").properties);
-  find("layers").append(
-    ...options.map(({ value, description }) => choice(value, description, value)),
-    choice("error", schemas.summary("/v1/compare"), COMPARED_LAYER));
-}
-
 function bindPresets() {
   const select = find("preset");
   select.append(...presets.map(({ name, title }) => element("option", { value: name, textContent: title ?? name })));
   select.addEventListener("change", () => { if (select.value) session.open(select.value); });
-}
-
-async function copyLink() {
-  const link = new URL(linkOf(scene.id, session.isPreset, viewOfSocket()), document.baseURI).href;
-  try {
-    await navigator.clipboard.writeText(link);
-    find("share").textContent = "Copied";
-  } catch {
-    // Away from localhost the clipboard needs https.
-    window.prompt("The link to this view", link);
-  }
-  setTimeout(() => { find("share").textContent = "Share"; }, 1500);
 }
 
 function bindTools() {
@@ -390,7 +358,7 @@ function bindTools() {
   onClick("dark-reset", resetView);
   onClick("undo", () => turn("undo"));
   onClick("redo", () => turn("redo"));
-  onClick("share", copyLink);
+  onClick("share", () => shareLink(find("share"), linkOf(scene.id, session.isPreset, viewOfSocket())));
   onClick("chosen-delete", () => selection.remove());
   onClick("chosen-frame", hand.frameChosen);
   onClick("open-keys", () => find("keys-dialog").showModal());
@@ -433,7 +401,7 @@ async function start() {
   const { id, view } = readLink();
   linked = { id: id ?? presets[0].name, view };
   if (view.layer) store.view.layer = view.layer;
-  buildLayers(schemas);
+  buildLayers(find("layers"), schemas, { store, errors });
   bindPresets();
   bindTools();
   await session.open(linked.id);

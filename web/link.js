@@ -21,3 +21,18 @@ export function linkOf(id, isPreset, view) {
   const hash = view ? `#${new URLSearchParams({ [VIEW]: JSON.stringify(view) })}` : "";
   return `${location.pathname}?${query}${hash}`;
 }
+
+const SAID_MS = 1500;
+
+/** Copies a link, and says so on the button. */
+export async function shareLink(button, link) {
+  const { href } = new URL(link, document.baseURI);
+  try {
+    await navigator.clipboard.writeText(href);
+    button.textContent = "Copied";
+    setTimeout(() => { button.textContent = "Share"; }, SAID_MS);
+  } catch {
+    // Away from localhost the clipboard needs https.
+    window.prompt("The link to this view", href);
+  }
+}

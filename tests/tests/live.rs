@@ -147,7 +147,7 @@ fn what_is_wrong_is_said_and_the_socket_goes_on() {
     let seq = viewer.look(EYE, SIZE);
     viewer.hear_until(frame_of("draft", seq));
     // A scene that is taken away says good-bye.
-    server.send(&fogbank_tests::http::Request::new("DELETE", "/v1/scenes/room")).expect_success();
+    server.send(&http::Request::new("DELETE", "/v1/scenes/room")).expect_success();
     loop {
         if let Heard::Closed(code) = viewer.hear() {
             assert_eq!(code, Some(4404));
