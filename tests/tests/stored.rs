@@ -571,3 +571,22 @@ fn a_drag_of_patches_and_an_eraser_are_one_step_of_undo() {
     undo();
     assert_eq!(scene_of(&server), before);
 }
+
+#[test]
+fn a_repeated_delete_is_answered_like_the_first() {
+    let server = stored();
+    let delete = |key: &str| {
+        let request = Request::new("DELETE", "/v1/scenes/room").header("idempotency-key", key);
+        server.send(&request)
+    };
+    let first = delete("once").expect_success().json();
+    assert_eq!(first["revision"], 1);
+    assert_eq!(delete("once").expect_success().json(), first);
+    assert_eq!(delete("twice").status, 404);
+    // A scene that comes again is not what that request meant.
+    assert_eq!(server.put("/v1/scenes/room", &room()).status, 201);
+    assert_eq!(delete("once").expect_success().json(), first);
+    assert_eq!(server.get("/v1/scenes/room").status, 200);
+    delete("twice").expect_success();
+    assert_eq!(server.get("/v1/scenes/room").status, 404);
+}

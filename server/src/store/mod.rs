@@ -439,10 +439,26 @@ impl Store {
     ///
     /// # Errors
     /// Why it stays.
-    pub fn delete(&self, id: &str, condition: &Condition) -> Result<Writing, Refusal> {
+    pub fn delete(
+        &self,
+        id: &str,
+        condition: &Condition,
+        key: Option<Key>,
+    ) -> Result<Writing, Refusal> {
         let room = self.room(id)?;
         let mut guard = room.state();
         let state = self.state(&room, &mut guard)?;
+        if let Some(Key { name, digest }) = &key
+            && let Some((revision, known)) =
+                self.vault.read(|read| tables::keyed(read, id, name))?
+        {
+            if known != *digest {
+                return Err(Refusal::KeyReused);
+            }
+            let written = Written { revision, patch: Patch::default(), is_new: false };
+            drop(guard);
+            return Ok(Writing { written, room, wait: Wait::Nothing });
+        }
         let revision = state.head.as_ref().map(|head| head.revision);
         condition.check(revision)?;
         let base = revision.ok_or(Refusal::Missing)?;
@@ -450,7 +466,8 @@ impl Store {
         // that nobody takes what it begins with for a change of this one.
         *state = State { first: base + 2, ..State::default() };
         let (done, is_done) = oneshot::channel();
-        let order = Order { room: Arc::clone(&room), task: Task::Delete(base), done };
+        let key = key.map(|Key { name, digest }| (name, digest));
+        let order = Order { room: Arc::clone(&room), task: Task::Delete(base, key), done };
         self.orders.send(order).map_err(|_| Refusal::Failed("the writer is gone".into()))?;
         drop(guard);
         let written = Written { revision: base, patch: Patch::default(), is_new: false };

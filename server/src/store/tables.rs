@@ -102,8 +102,14 @@ fn trim(transaction: &WriteTransaction, id: &str, row: &mut Row) -> Read<()> {
     Ok(())
 }
 
-/// Takes a scene away, if its newest revision is that one.
-pub fn delete(transaction: &WriteTransaction, id: &str, base: u64) -> Read<Outcome> {
+/// Takes a scene away, if its newest revision is that one. Of its keys that of this request stays, until the next scene of
+/// that id goes.
+pub fn delete(
+    transaction: &WriteTransaction,
+    id: &str,
+    base: u64,
+    key: Option<&(String, u64)>,
+) -> Read<Outcome> {
     let mut scenes = transaction.open_table(SCENES)?;
     if row_in(&scenes, id)?.map(|row| row.revision) != Some(base) {
         return Ok(Outcome::Stale);
@@ -114,7 +120,11 @@ pub fn delete(transaction: &WriteTransaction, id: &str, base: u64) -> Read<Outco
     transaction.open_table(REVISIONS)?.retain_in((id, 0)..=(id, u64::MAX), |_, _| false)?;
     transaction.open_table(CHANGES)?.retain_in((id, 0)..=(id, u64::MAX), |_, _| false)?;
     let after = format!("{id}\0");
-    transaction.open_table(KEYS)?.retain_in((id, "")..(after.as_str(), ""), |_, _| false)?;
+    let mut keys = transaction.open_table(KEYS)?;
+    keys.retain_in((id, "")..(after.as_str(), ""), |_, _| false)?;
+    if let Some((name, digest)) = key {
+        keys.insert((id, name.as_str()), (base, *digest))?;
+    }
     let mut numbers = transaction.open_table(NUMBERS)?;
     let first = numbers.get(FIRST_REVISION)?.map_or(1, |number| number.value());
     numbers.insert(FIRST_REVISION, first.max(base + 2))?;

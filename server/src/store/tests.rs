@@ -264,9 +264,12 @@ fn a_scene_that_comes_again_has_larger_revisions() {
     for _ in 0..3 {
         put(&store, "a", 1).unwrap();
     }
-    wait(store.delete("a", &Condition::default()).unwrap()).unwrap();
+    wait(store.delete("a", &Condition::default(), None).unwrap()).unwrap();
     assert!(matches!(store.head("a"), Err(Refusal::Missing)));
-    assert!(matches!(store.delete("a", &Condition::default()).map(drop), Err(Refusal::Missing)));
+    assert!(matches!(
+        store.delete("a", &Condition::default(), None).map(drop),
+        Err(Refusal::Missing)
+    ));
     let again = put(&store, "a", 1).unwrap();
     assert!(again.is_new && again.revision > 3);
     drop(store);

@@ -18,8 +18,8 @@ const TOGETHER: usize = 256;
 pub enum Task {
     /// Make a revision durable.
     Write(Box<Record>),
-    /// Take it away at this revision.
-    Delete(u64),
+    /// Take it away at this revision; and the key of that request, with what a repeated one must agree in.
+    Delete(u64, Option<(String, u64)>),
 }
 
 /// A task, whose it is, and who waits for it.
@@ -55,7 +55,7 @@ fn serve(vault: &Vault, orders: Vec<Order>) {
     let outcomes = vault.write(|transaction| {
         let each = orders.iter().map(|order| match &order.task {
             Task::Write(record) => write(transaction, record),
-            Task::Delete(base) => delete(transaction, &order.room.id, *base),
+            Task::Delete(base, key) => delete(transaction, &order.room.id, *base, key.as_ref()),
         });
         each.collect::<Result<Vec<_>, _>>()
     });
@@ -93,7 +93,7 @@ impl Order {
     fn bytes(&self) -> usize {
         match &self.task {
             Task::Write(record) => record.change.len(),
-            Task::Delete(_) => 0,
+            Task::Delete(..) => 0,
         }
     }
 
@@ -101,7 +101,7 @@ impl Order {
     fn show(&self) {
         let head = match &self.task {
             Task::Write(record) => Some(Arc::clone(&record.head)),
-            Task::Delete(_) => None,
+            Task::Delete(..) => None,
         };
         self.room.show(head);
     }

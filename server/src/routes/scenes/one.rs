@@ -11,7 +11,7 @@ use crate::problem::Problem;
 use crate::query::texts;
 use crate::scene_id::SceneId;
 use crate::store::record::{Head, Kind};
-use crate::store::{Made, Refusal};
+use crate::store::{Key, Made, Refusal};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -213,8 +213,10 @@ pub async fn delete(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let condition = conditional::condition(&headers)?;
+    // Nothing that is written with a body has this number but by chance.
+    let key = conditional::key(&headers)?.map(|name| Key { name, digest: u64::MAX });
     let name = id.clone();
-    let written = write(&app, move |store| store.delete(&name, &condition)).await?;
+    let written = write(&app, move |store| store.delete(&name, &condition, key)).await?;
     Ok(answer::json(&Revised { id, revision: written.revision, patch: None }))
 }
 
