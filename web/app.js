@@ -60,10 +60,10 @@ const live = new Live({
   revision: () => scene.known, gone: () => outbox.missing(), deleted: () => onMissing(scene.id), lost: onLost,
   unavailable: () => useRequests(true),
 });
-const session = new Session(scene, live, keeper, (id) => presets.some(({ name }) => name === id),
+const session = new Session(scene, live, keeper, (id) => presetOf(id) !== undefined,
   { opened: onOpened, missing: onMissing, gone: () => outbox.missing(), moved: onMoved });
 const outbox = new Outbox(scene, {
-  prepare: () => session.own(), refused: onRefused, waits: onWaits, sent: () => { isWaiting = false; },
+  prepare: () => session.own(), refused: (error) => onProblem(error), waits: onWaits, sent: () => { isWaiting = false; },
   restore: () => session.restore(), isLive: () => !session.isPolling,
 });
 let isWaiting = false;
@@ -76,7 +76,7 @@ const tools = new Tools(find("tools"), brush, (name) => { root.dataset.tool = na
 const selection = new Selection(store, find("chosen"), frameOf, onChosen);
 const probe = new Probe(askProbe, onReading);
 const errors = new ErrorLayer(find("errors"), find("errors-note"), askErrors, onErrors);
-const hand = bindPicture(picture, { store, probe, brush, tools, selection, frameOf, homeCamera, cursor: find("cursor"), marker: find("marker") });
+const hand = bindPicture(picture, { store, probe, brush, tools, selection, frameOf, cursor: find("cursor"), marker: find("marker") });
 const clock = bindClock(find("play"), find("time"), {
   getTime: () => store.view.time_s ?? store.scene.time_s ?? 0,
   setTime: (time_s) => store.set(["time_s"], time_s),
@@ -105,14 +105,14 @@ window.fogbank = {
 };
 const { counts } = window.fogbank;
 
+function presetOf(id) {
+  return presets.find(({ name }) => name === id);
+}
+
 /** The picture as the hand sees it. */
 function frameOf() {
   const [width, height] = [picture.clientWidth || 1, picture.clientHeight || 1];
   return { camera: completeCamera(store.view.camera ?? store.scene.camera), aspect: width / height, width, height };
-}
-
-function homeCamera() {
-  return structuredClone(store.scene.camera);
 }
 
 /** What a view of the socket holds, without its size. */
@@ -220,11 +220,6 @@ function onWaits(error, retryIn_ms) {
   status.show(error, retryIn_ms);
 }
 
-function onRefused(error) {
-  onProblem(error);
-  panels?.refresh();
-}
-
 /** Another scene has come: its own camera, its own panels. */
 function onOpened() {
   const given = linked?.id === scene.id ? linked.view : {};
@@ -238,12 +233,12 @@ function onOpened() {
   onPending();
   preview.change();
 }
+
 function onMoved(id) {
   outbox.forget();
   preview.forget();
-  const isPreset = presets.some(({ name }) => name === id);
-  history.replaceState(null, "", linkOf(id, isPreset));
-  const preset = presets.find(({ name }) => name === id);
+  const preset = presetOf(id);
+  history.replaceState(null, "", linkOf(id, preset !== undefined));
   find("preset").value = preset ? id : "";
   find("preset-about").textContent = preset?.description ?? "";
   find("scene-id").textContent = preset ? "" : id;
@@ -329,12 +324,6 @@ function onChosen() {
   if (pointer) panels?.reveal(pointer, false);
 }
 
-function resetView() {
-  const kindBefore = frameOf().camera.projection.kind;
-  store.set(["camera"], completeCamera(homeCamera()));
-  if (frameOf().camera.projection.kind !== kindBefore) panels.rebuild();
-}
-
 async function loadScene(next) {
   clock.pause();
   onPhase("loading");
@@ -354,8 +343,8 @@ function bindPresets() {
 
 function bindTools() {
   const onClick = (id, act) => find(id).addEventListener("click", act);
-  onClick("reset-view", resetView);
-  onClick("dark-reset", resetView);
+  onClick("reset-view", hand.goHome);
+  onClick("dark-reset", hand.goHome);
   onClick("undo", () => turn("undo"));
   onClick("redo", () => turn("redo"));
   onClick("share", () => shareLink(find("share"), linkOf(scene.id, session.isPreset, viewOfSocket())));

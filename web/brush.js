@@ -1,6 +1,7 @@
 // The brush and the eraser: strokes on surfaces, or on the plane that faces the eye.
 
 import { facingPlane, pointAtDepthOf, rayThrough, add, scale } from "./camera.js";
+import { freshName } from "./document.js";
 import { blobOn, placeOf, rounded } from "./places.js";
 
 // A point more is worth it when the hand has moved by this share of the brush.
@@ -38,7 +39,7 @@ export class Brush {
   begin(point, hit, erases) {
     const { camera } = this.#getFrame();
     this.#stroke = {
-      erases, camera, seed: seedOf(), name: `stroke-${seedOf().toString(36)}${seedOf().toString(36)}`,
+      erases, camera, seed: seedOf(), name: freshName(),
       plane: facingPlane(camera, camera.target), last: null, depth: this.place(point, hit, erases),
     };
     this.move(point, hit);

@@ -21,6 +21,12 @@ export function button(text, onClick, properties = {}) {
   return node;
 }
 
+/** Puts an element at a point of the box that it lies in, `{x, y}` from 0 to 1. */
+export function putAt(node, { x, y }) {
+  node.style.left = `${100 * x}%`;
+  node.style.top = `${100 * y}%`;
+}
+
 let idsGiven = 0;
 
 /** An element id that nothing else in this document has. */

@@ -1,6 +1,7 @@
 // The hand on the picture: it turns the view, probes, chooses, drags and paints.
 
 import { add, completeCamera, framing, heightAt_m, keptBeside, orbit, pan, pointAtDepthOf, rayThrough, scale, tidied, zoom } from "./camera.js";
+import { putAt } from "./dom.js";
 import { bindGestures } from "./gestures.js";
 import { placeOf, planesOf, radiusOf, rounded } from "./places.js";
 
@@ -15,11 +16,10 @@ const NEAR = 0.02;
 const FRAMED_SHARE = 0.15;
 
 /**
- * Binds the hand. `frameOf()` answers `{camera, aspect, width, height}`, `homeCamera()` the scene's own; `cursor` shows how far
- * the brush reaches, `marker` where a finger probes. Answers `refresh()`, `focus()`, the point that is looked at, and
- * `frameChosen()`.
+ * Binds the hand. `frameOf()` answers `{camera, aspect, width, height}`; `cursor` shows how far the brush reaches, `marker` where
+ * a finger probes. Answers `refresh()`, `focus()`, the point that is looked at, `goHome()` and `frameChosen()`.
  */
-export function bindPicture(picture, { store, probe, brush, tools, selection, frameOf, homeCamera, cursor, marker }) {
+export function bindPicture(picture, { store, probe, brush, tools, selection, frameOf, cursor, marker }) {
   let pivot = null;
   let pointer = null;
 
@@ -55,13 +55,13 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
     if (!reading?.hit) return rounded(camera.target);
     return rounded(along(rayAt(CENTRE), BEFORE_SURFACE * reading.hit.distance_m));
   };
+  /** Looks as the scene's own camera does. */
+  const goHome = () => store.set(["camera"], completeCamera(structuredClone(store.scene.camera)));
   const frameChosen = () => {
     const { thing } = selection;
-    const place = thing && placeOf(store.scene, thing);
-    if (!thing) return store.set(["camera"], completeCamera(homeCamera()));
-    const { point } = thing;
-    if (!place && !point) return;
-    move((camera) => framing(camera, place ?? point, radiusOf(store.scene, thing) ?? FRAMED_SHARE * heightAt_m(camera, camera.target)));
+    if (!thing) return goHome();
+    const place = placeOf(store.scene, thing) ?? thing.point;
+    if (place) move((camera) => framing(camera, place, radiusOf(store.scene, thing) ?? FRAMED_SHARE * heightAt_m(camera, camera.target)));
   };
 
   function showCursor() {
@@ -70,16 +70,13 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
     if (!isShown) return;
     const { camera, height } = frameOf();
     const reach_px = (brush.radius_m / heightAt_m(camera, brush.place(pointer, hitAt(pointer), tools.current === "eraser"))) * height;
-    cursor.style.left = `${100 * pointer.x}%`;
-    cursor.style.top = `${100 * pointer.y}%`;
+    putAt(cursor, pointer);
     cursor.style.width = cursor.style.height = `${2 * reach_px}px`;
   }
 
   function placeMarker(point) {
     marker.hidden = !point;
-    if (!point) return;
-    marker.style.left = `${100 * point.x}%`;
-    marker.style.top = `${100 * point.y}%`;
+    if (point) putAt(marker, point);
   }
 
   function probeAt(point, isMarked) {
@@ -118,7 +115,7 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
 
   function key(event) {
     const name = event.key.toLowerCase();
-    if (name === "home") store.set(["camera"], completeCamera(homeCamera()));
+    if (name === "home") goHome();
     else if (name === "p") probeAt(CENTRE, true);
     else if (name === "f") frameChosen();
     else if (name === "delete" || name === "backspace") selection.remove();
@@ -147,5 +144,5 @@ export function bindPicture(picture, { store, probe, brush, tools, selection, fr
     leave: () => { pointer = null; placeMarker(null); showCursor(); probe.clear(); },
   });
   probe.bind(rayAt);
-  return { refresh: showCursor, focus, frameChosen };
+  return { refresh: showCursor, focus, goHome, frameChosen };
 }

@@ -21,7 +21,6 @@ export class Preview {
   #sentAt_ms = 0;
   #isDue = false;
   #isStopped = false;
-  #job = "";
   /** The header of the frame that is shown. */
   #shown = null;
   #count = 0;
@@ -86,9 +85,9 @@ export class Preview {
     this.#isDue = false;
     this.#seq += 1;
     this.#sentAt_ms = performance.now();
-    this.#job = freshName();
-    this.#live.say({ type: "view", seq: this.#seq, ...this.#getView(), ...this.#screen.size, job: this.#job });
-    this.#events.asked(this.#job);
+    const job = freshName();
+    this.#live.say({ type: "view", seq: this.#seq, ...this.#getView(), ...this.#screen.size, job });
+    this.#events.asked(job);
   }
 
   /** A frame of the socket. */

@@ -1,6 +1,8 @@
 // What is chosen: a ring on the picture, and what may be done with it.
 
 import { pointAtDepthOf, project, rayThrough, subtract } from "./camera.js";
+import { freshName } from "./document.js";
+import { putAt } from "./dom.js";
 import { blobOn, moved, placeOf, standing, surfaceOf } from "./places.js";
 import { pointerOf, valueAt } from "./pointer.js";
 
@@ -41,8 +43,7 @@ export class Selection {
     const seen = place && project(camera, place, aspect);
     this.#ring.hidden = !seen;
     if (!seen) return;
-    this.#ring.style.left = `${100 * seen.x}%`;
-    this.#ring.style.top = `${100 * seen.y}%`;
+    putAt(this.#ring, seen);
     this.#ring.title = this.#chosen.title;
   }
 
@@ -87,7 +88,7 @@ export class Selection {
     const { path } = thing;
     const before = structuredClone(valueAt(this.#store.scene, path));
     const start = placeOf(this.#store.scene, thing);
-    const stroke = `drag-${Math.random().toString(36).slice(2, 12)}`;
+    const stroke = freshName();
     const { camera, aspect } = this.#getFrame();
     const grabbed = pointAtDepthOf(camera, from, aspect, start);
     return (point) => {

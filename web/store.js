@@ -1,5 +1,6 @@
 // The one state of the page: what is looked at and how (the view), and the scene, as the JSON that the server reads.
 
+import { freshName } from "./document.js";
 import { pointerOf, valueAt } from "./pointer.js";
 
 /** What the panels read and write. Paths that begin with "scene" lead into the scene, all others into the view. */
@@ -65,7 +66,7 @@ export class Store {
     const SAME_MS = 1000;
     const [pointer, now_ms] = [pointerOf(path), performance.now()];
     const goesOn = this.#stroke?.pointer === pointer && now_ms - this.#stroke.at_ms < SAME_MS;
-    const name = goesOn ? this.#stroke.name : `${pointer.slice(-40)}-${Math.round(now_ms)}-${Math.random().toString(36).slice(2, 8)}`;
+    const name = goesOn ? this.#stroke.name : freshName();
     this.#stroke = { pointer, at_ms: now_ms, name };
     return name;
   }

@@ -4,7 +4,7 @@ use crate::answer::{self, Fixed, JSON};
 use crate::openapi::Operation;
 use crate::problem::Problem;
 use crate::query::query;
-use crate::store::presets::{self as stored, Kept};
+use crate::store::presets as stored;
 use axum::http::{HeaderMap, Uri};
 use axum::response::Response;
 use fogbank_core::presets::{self, Preset};
@@ -46,24 +46,14 @@ fn yes() -> bool {
     true
 }
 
-/// A preset without its scene, which is `/v1/scenes/{name}`.
-#[derive(Serialize)]
-struct About {
-    name: &'static str,
-    title: &'static str,
-    description: &'static str,
-}
-
 /// All presets, with their scenes or without.
 pub async fn list(uri: Uri, headers: HeaderMap) -> Result<Response, Problem> {
     let Listing { scenes } = query(&uri, Ok::<Listing, Vec<Wrong>>)?;
     if scenes {
         return Ok(presets().await?.answer(&headers));
     }
-    let about =
-        |kept: &Kept| About { name: kept.name, title: kept.title, description: kept.description };
-    let make = move || stored::all().iter().map(about).collect::<Vec<_>>();
-    let presets = tokio::task::spawn_blocking(make).await?;
+    // The first to ask makes them.
+    let presets = tokio::task::spawn_blocking(stored::all).await?;
     Ok(answer::json(&json!({ "presets": presets })))
 }
 

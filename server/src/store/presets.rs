@@ -2,9 +2,11 @@
 
 use super::record::Head;
 use fogbank_core::presets;
+use serde::Serialize;
 use std::sync::{Arc, LazyLock};
 
-/// A preset, ready to be shown.
+/// A preset, ready to be shown; as JSON without its scene, which `/v1/scenes/{name}` has.
+#[derive(Serialize)]
 pub struct Kept {
     /// What it is called.
     pub name: &'static str,
@@ -13,6 +15,7 @@ pub struct Kept {
     /// What it shows.
     pub description: &'static str,
     /// The scene at revision 0, which is before that of any write.
+    #[serde(skip)]
     pub head: Arc<Head>,
 }
 
