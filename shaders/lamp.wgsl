@@ -16,6 +16,14 @@ struct Lamp {
     path_m: f32,
     /// Unit vector towards the sun; zero for what stands at a place.
     toward: vec3<f32>,
+    /// 1 − cos of the half angle within which a cone is full.
+    inner: f32,
+    /// Unit vector along the middle of a cone of light; zero for what shines everywhere.
+    axis: vec3<f32>,
+    /// 1 − cos of the half angle where it ends.
+    outer: f32,
+    /// 1 if some surface may hide it from what is seen.
+    is_shaded: u32,
 }
 
 /// What a group of terms scatters of a lamp.
@@ -63,6 +71,11 @@ fn beside(light: Lamp, start: vec3<f32>, direction: vec3<f32>) -> ToLight {
 
 fn is_sun(light: Lamp) -> bool {
     return any(light.toward != vec3<f32>(0.0));
+}
+
+/// Whether it shines into a cone.
+fn is_beam(light: Lamp) -> bool {
+    return any(light.axis != vec3<f32>(0.0));
 }
 
 /// From a point to a light [m].

@@ -7,13 +7,15 @@
 
 use criterion::{Criterion, Throughput};
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
-use fogbank_core::airlight::fogshop2007::{LightRow, add_airlight};
+use fogbank_core::airlight::fogshop2007::{LightRow, Reach, add_airlight};
 use fogbank_core::geometry::batch::{Fogged, Rays, SIZE};
+use fogbank_core::light::{Source, ToLight, point::Place};
 use fogbank_core::media::gaussians::{BlobList, Packed, add_depth};
 use fogbank_core::num::{Lanes, Num};
 use fogbank_core::presets;
 use fogbank_core::request::{Layer, Options, Quality, Tonemap, View};
 use fogbank_core::scene::{Light, Scene};
+use fogbank_core::vector::V3;
 use fogbank_core::{Progress, Renderer};
 use std::hint::black_box;
 use std::time::Duration;
@@ -23,6 +25,25 @@ const FLOP_A_DEPTH_PAIR: f64 = 62.0;
 /// The same for one airlight pair with one light: the depth pair, a second line integral (erf
 /// twice, exp once), one more exp, and the geometry of the light's path.
 const FLOP_AN_AIRLIGHT_PAIR: f64 = 62.0 + 88.0;
+
+/// Nothing hides the light.
+struct Everywhere;
+
+impl Reach for Everywhere {
+    fn look<S: Simd>(
+        &mut self,
+        _simd: S,
+        _start: V3<Lanes<S>>,
+        _direction: V3<Lanes<S>>,
+        _light: &ToLight<Lanes<S>>,
+        _length: Lanes<S>,
+    ) {
+    }
+
+    fn at<S: Simd>(&self, _simd: S, _light: &ToLight<Lanes<S>>, t: Lanes<S>) -> Lanes<S> {
+        t.lit(1.0)
+    }
+}
 
 const BLOBS: usize = 256;
 /// Independent sums that keep every FMA unit busy.
@@ -104,14 +125,16 @@ fn kernels(criterion: &mut Criterion) {
     group.bench_function("airlight", |b| {
         b.iter(|| {
             let mut fogged = Fogged::clear(1);
-            let light = LightRow {
+            let light = LightRow::<Everywhere> {
                 distance: 5.0,
                 blobs: &lit,
-                position: glam::DVec3::new(0.0, 3.0, 6.0),
+                source: Source::Point(Place(glam::DVec3::new(0.0, 3.0, 6.0))),
+                reach: None,
                 exponents: &[],
             };
-            dispatch!(level, simd =>
-                add_airlight::<_, false>(simd, &list, &[light], &rays, &length, &mut fogged));
+            dispatch!(level, simd => add_airlight::<_, _, false>(
+                simd, &list, &mut [light], &rays, &length, &mut fogged
+            ));
             fogged.airlight[0][7]
         });
     });

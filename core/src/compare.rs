@@ -111,7 +111,7 @@ impl Side {
         if self.steps.is_some() {
             check.refuse(Code::Conflict, steps_at, "only march takes steps");
         }
-        if let Some(detail) = scene.fog.refusal(&scene.lights, airlight) {
+        if let Some(detail) = scene.fog.refusal(airlight) {
             check.refuse(Code::Conflict, || format!("{at}/airlight"), detail);
         }
         airlight.into()

@@ -11,6 +11,7 @@ pub mod image;
 pub mod json;
 mod kept;
 pub mod light;
+pub mod light_map;
 pub mod media;
 pub mod num;
 pub mod options;

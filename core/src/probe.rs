@@ -2,13 +2,13 @@
 
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
 use crate::airlight::{Method, Path, macklin2010, mapped, march, reference, sun2005};
-use crate::geometry::Ray;
-use crate::light::{Source, least_distance};
+use crate::geometry::{Ray, parts::without};
+use crate::light::{Light, Source, least_distance};
 use crate::media::noise::{self, Bend};
 use crate::media::{Field, Scattering, in_channels};
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
-use crate::scene::{CheckedScene, Projection, Rgb, Spectrum, SurfaceLighting, Vec3};
+use crate::scene::{CheckedScene, Octave, Projection, Rgb, Spectrum, SurfaceLighting, Vec3};
 use crate::shapes::{self, Geometry};
 use crate::surface::attenuated;
 use glam::DVec3;
@@ -61,8 +61,9 @@ pub enum SurfaceName {
     Index(usize),
 }
 
-/// A band of a scene's fog, before its rays.
+/// A band of a scene's fog, before its rays, in an octave of its light.
 pub struct Band {
+    octave: Octave,
     field: Arc<Field>,
     method: Method,
     /// For the published method: the depths from every enabled light.
@@ -76,6 +77,7 @@ impl Band {
     /// What `from_light` fails with.
     pub fn new(
         scene: &CheckedScene,
+        octave: Octave,
         field: &Arc<Field>,
         from_light: impl Fn(Source) -> Result<Arc<CenterDepths>, Interrupted>,
     ) -> Result<Self, Interrupted> {
@@ -83,16 +85,19 @@ impl Band {
         let lights = scene.lights().filter(|_| method == Method::Fogshop2007);
         let from_lights = lights.map(|(_, light)| from_light(scene.source(light)));
         let from_lights = from_lights.collect::<Result<_, _>>()?;
-        Ok(Self { field: Arc::clone(field), method, from_lights })
+        Ok(Self { octave, field: Arc::clone(field), method, from_lights })
     }
 }
+
+/// A band with what the published method knows of where the last ray started.
+type Known<'a> = (&'a Band, Option<(Eye, CenterDepths)>);
 
 /// Evaluates rays of one scene, one after the other. What rays from the same origin share is kept.
 pub struct Prober<'a> {
     scene: &'a CheckedScene,
     geometry: &'a Geometry,
-    /// Each with what the published method knows of where the last ray started.
-    bands: Vec<(&'a Band, Option<(Eye, CenterDepths)>)>,
+    /// Octave by octave, each with what the published method knows of where the last ray started.
+    octaves: Vec<Vec<Known<'a>>>,
     scatterings: Vec<Scattering>,
     /// What bends rays before blobs, if anything does.
     noise: Option<Bend>,
@@ -100,16 +105,17 @@ pub struct Prober<'a> {
 }
 
 impl<'a> Prober<'a> {
-    /// For a scene with its geometry and the bands of its fog.
+    /// For a scene with its geometry and the bands of its fog, octave by octave.
     pub fn new(
         scene: &'a CheckedScene,
         geometry: &'a Geometry,
-        bands: &'a [Band],
+        octaves: &'a [Vec<Band>],
         progress: &'a Progress,
     ) -> Self {
-        let bands = bands.iter().map(|band| (band, None)).collect();
+        let each = |bands: &'a Vec<Band>| bands.iter().map(|band| (band, None)).collect();
+        let octaves = octaves.iter().map(each).collect();
         let noise = Bend::new(&scene.fog.noise, scene.time_s);
-        Self { scene, geometry, bands, scatterings: scene.fog.scatterings(), noise, progress }
+        Self { scene, geometry, octaves, scatterings: scene.fog.scatterings(), noise, progress }
     }
 
     /// Everything along one ray.
@@ -149,7 +155,7 @@ impl<'a> Prober<'a> {
 
     /// A number of every band.
     fn each_band(&self, of: impl Fn(&Field) -> f64) -> Vec<f64> {
-        self.bands.iter().map(|(band, _)| of(&band.field)).collect()
+        self.octaves[0].iter().map(|(band, _)| of(&band.field)).collect()
     }
 
     /// T of every band, and what noise leaves of airlight in it.
@@ -171,10 +177,19 @@ impl<'a> Prober<'a> {
         length: f64,
         shares: &[f64],
     ) -> Result<Vec<DVec3>, Interrupted> {
-        let mut by_band = Vec::with_capacity(self.bands.len());
+        let shadows = |(_, light): (usize, &Light)| match light.shadows() {
+            true => self.geometry.shadows(self.scene.source(light).origin(), &ray, length),
+            false => Vec::new(),
+        };
+        let shadows: Vec<_> = self.scene.lights().map(shadows).collect();
+        let mut by_band = Vec::with_capacity(shares.len());
         for (band, share) in shares.iter().enumerate() {
-            let straight = self.airlight_in(band, ray, length)?;
-            by_band.push(straight.into_iter().map(|light| light * *share).collect::<Vec<_>>());
+            let mut sum = vec![DVec3::ZERO; self.scene.lights.len()];
+            for octave in 0..self.octaves.len() {
+                let straight = self.airlight_in([octave, band], ray, length, &shadows)?;
+                sum.iter_mut().zip(straight).for_each(|(sum, light)| *sum += light * *share);
+            }
+            by_band.push(sum);
         }
         let of_light =
             |i: usize| in_channels(&by_band.iter().map(|by_light| by_light[i]).collect::<Vec<_>>());
@@ -184,44 +199,44 @@ impl<'a> Prober<'a> {
     /// The same as one band has it.
     fn airlight_in(
         &mut self,
-        band: usize,
+        [octave, band]: [usize; 2],
         ray: Ray,
         length: f64,
+        shadows: &[Vec<[f64; 2]>],
     ) -> Result<Vec<DVec3>, Interrupted> {
-        let sighted = self.sighted(band, ray, length)?;
-        let band = self.bands[band].0;
+        let sighted = self.sighted([octave, band], ray, length)?;
+        let band = self.octaves[octave][band].0;
         let field = &*band.field;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
         for (place, (i, light)) in self.scene.lights().enumerate() {
             let source = self.scene.source(light);
-            for (group, Scattering { albedo, phase }) in self.scatterings.iter().enumerate() {
+            let shadows = &shadows[place];
+            for (group, own) in self.scatterings.iter().enumerate() {
+                let Scattering { albedo, phase } = own.in_octave(band.octave);
                 self.progress.check()?;
-                let path = || Path::new(field, group, source, ray, length).of(self.progress);
+                let path = || {
+                    let path = Path::new(field, group, source, ray, length).shaded(shadows);
+                    path.of(self.progress)
+                };
                 let unit = match band.method {
                     Method::None => 0.0,
                     Method::Sun2005 | Method::Macklin2010 => {
-                        let beta = sun2005::haze(field);
-                        let to_light = source.beside(ray.origin.into(), ray.direction.into());
-                        let share = sun2005::share(field, group);
-                        if band.method == Method::Macklin2010 {
-                            share * macklin2010::airlight(beta, to_light, length)
-                                + macklin2010::of_slabs(field, group, to_light, &ray, length)
-                        } else {
-                            share * sun2005::airlight(beta, to_light, length)
-                        }
+                        let parts = without([0.0, length], shadows);
+                        let of_part = |ends| closed(field, group, band.method, source, &ray, ends);
+                        parts.into_iter().map(of_part).sum()
                     }
                     Method::Fogshop2007 => match &sighted {
                         Some(sighted) => {
                             let from_light = &band.from_lights[place];
-                            sighted.airlight(field, source, from_light, self.progress)?
+                            sighted.airlight(field, source, from_light, shadows, self.progress)?
                         }
                         None => 0.0,
                     },
-                    Method::Auto => mapped::airlight_along(&path(), *phase),
-                    Method::Reference => reference::airlight_along(&path(), *phase),
-                    Method::March(steps) => march::airlight_along(&path(), *phase, steps),
+                    Method::Auto => mapped::airlight_along(&path(), phase),
+                    Method::Reference => reference::airlight_along(&path(), phase),
+                    Method::March(steps) => march::airlight_along(&path(), phase, steps),
                 };
-                by_light[i] += unit * light.strength() * *albedo;
+                by_light[i] += unit * light.strength() * albedo;
             }
         }
         // What was summed up after the end is none.
@@ -232,11 +247,11 @@ impl<'a> Prober<'a> {
     /// For the published method: a ray with what its eye knows, which the last ray's may have been.
     fn sighted(
         &mut self,
-        band: usize,
+        [octave, band]: [usize; 2],
         ray: Ray,
         length: f64,
     ) -> Result<Option<Sighted>, Interrupted> {
-        let (band, from_eye) = &mut self.bands[band];
+        let (band, from_eye) = &mut self.octaves[octave][band];
         if band.method != Method::Fogshop2007 {
             return Ok(None);
         }
@@ -262,6 +277,9 @@ impl<'a> Prober<'a> {
         for (_, light) in self.scene.lights() {
             self.progress.check()?;
             let source = self.scene.source(light);
+            if light.shadows() && self.geometry.hides_hit(source.origin(), point, hit) {
+                continue;
+            }
             let toward = source.toward(point.into(), least_distance(hit.distance));
             let (normal, shininess) = (hit.normal.into(), material.shininess);
             let diffuse = attenuated::diffuse(normal, &toward);
@@ -288,6 +306,29 @@ impl<'a> Prober<'a> {
             surface_radiance: rgb(radiance),
         }
     }
+}
+
+/// Airlight of a light along a part of a ray by a method in closed form, of one group of terms.
+fn closed(
+    field: &Field,
+    group: usize,
+    method: Method,
+    source: Source,
+    ray: &Ray,
+    ends: [f64; 2],
+) -> f64 {
+    let (start, direction) = (ray.origin.into(), ray.direction.into());
+    let (to, cone) = (source.beside(start, direction), source.crossed(start, direction));
+    let cone = cone.as_ref();
+    let (beta, share) = (sun2005::haze(field), sun2005::share(field, group));
+    if method == Method::Sun2005 {
+        return share * sun2005::within(beta, source, to, cone, ends);
+    }
+    let [first, last] = ends;
+    let within = |beta: f64, slab: [f64; 2]| {
+        macklin2010::within(beta, to, cone, slab.map(|end| end.clamp(first, last)))
+    };
+    share * within(beta, ends) + macklin2010::of_slabs(field, group, ray, last, within)
 }
 
 /// The numbers of all bands.

@@ -109,6 +109,11 @@ impl Slot {
 }
 
 impl Renderer {
+    /// What works on the processor.
+    pub(crate) fn cpu(&self) -> &Cpu {
+        &self.cpu
+    }
+
     /// A renderer on that backend.
     ///
     /// # Errors

@@ -281,30 +281,78 @@ impl Eye {
     }
 }
 
-/// Asks for the optical depth of every view ray.
+/// Asks for the optical depth of every view ray, or of what a light first meets in all directions.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpticalDepthRequest {
     /// What to look at.
     pub scene: Scene,
-    /// Pixels along a row.
-    #[schemars(range(min = 1, max = COUNTS.picture_side))]
-    pub width: u32,
-    /// Rows of pixels.
-    #[schemars(range(min = 1, max = COUNTS.picture_side))]
-    pub height: u32,
+    /// Pixels along a row; of view rays.
+    #[serde(default)]
+    #[schemars(with = "u32", range(min = 1, max = COUNTS.picture_side))]
+    pub width: Option<u32>,
+    /// Rows of pixels; of view rays.
+    #[serde(default)]
+    #[schemars(with = "u32", range(min = 1, max = COUNTS.picture_side))]
+    pub height: Option<u32>,
+    /// A light, by its id or its place among the lights, in place of the view rays.
+    #[serde(default)]
+    #[schemars(with = "LightName")]
+    pub light: Option<LightName>,
+    /// Pixels along the sides of the light's pictures. Of a lamp these are the faces of a cube, +X −X +Y −Y +Z −Z from top to
+    /// bottom, as cube maps have them: to the right in them is −Z, +Z, +X, +X, +X, −X, downwards −Y, −Y, +Z, −Z, −Y, −Y.
+    /// Of the sun it is one square across its way around all that has an end, up in it is +Y.
+    #[serde(default)]
+    #[schemars(with = "u32", range(min = 1, max = COUNTS.cube_side))]
+    pub size: Option<u32>,
+}
+
+/// Names a light.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum LightName {
+    /// By its place in the list.
+    Index(usize),
+    /// By the id that the scene gives it.
+    Id(String),
+}
+
+/// What a map of optical depths is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthsOf {
+    /// View rays.
+    View(View),
+    /// The light in this place of the scene's list; so many pixels across.
+    Light(usize, u32),
 }
 
 impl OpticalDepthRequest {
-    /// The picture that this asks for.
+    /// What this asks for.
     ///
     /// # Errors
     /// What is wrong, with pointers into this request.
-    pub fn check(self) -> Result<(CheckedScene, View), Vec<Problem>> {
+    pub fn check(self) -> Result<(CheckedScene, DepthsOf), Vec<Problem>> {
+        if self.light.is_some() || self.size.is_some() {
+            return self.check_light();
+        }
+        let mut check = Checker::default();
+        for (name, value) in [("width", self.width), ("height", self.height)] {
+            if value.is_none() {
+                let pointer = || format!("/{name}");
+                check.refuse(
+                    Code::Missing,
+                    pointer,
+                    format!("`{name}` is missing; or give `light` and `size`"),
+                );
+            }
+        }
+        let (Some(width), Some(height)) = (self.width, self.height) else {
+            return Err(check_scene(check, self.scene).err().unwrap_or_default());
+        };
         let view = RenderRequest {
             scene: self.scene,
-            width: self.width,
-            height: self.height,
+            width,
+            height,
             quality: Quality::Full,
             layer: Layer::OpticalDepth,
             samples: Some(1),
@@ -312,7 +360,37 @@ impl OpticalDepthRequest {
             tonemap: Tonemap::None,
             options: Options::default(),
         };
-        view.check()
+        let (scene, view) = view.check()?;
+        Ok((scene, DepthsOf::View(view)))
+    }
+
+    fn check_light(self) -> Result<(CheckedScene, DepthsOf), Vec<Problem>> {
+        let mut check = Checker::default();
+        for (name, value) in [("width", self.width), ("height", self.height)] {
+            if value.is_some() {
+                let why = "a map of a light has a `size`";
+                check.refuse(Code::Conflict, || format!("/{name}"), why);
+            }
+        }
+        let range = limits::Range { min: 1.0, max: COUNTS.cube_side as f64 };
+        match self.size {
+            Some(size) => check.number(f64::from(size), range, || "/size".into()),
+            None => check.refuse(Code::Missing, || "/size".into(), "`size` is missing"),
+        }
+        let lights = &self.scene.lights;
+        let light = match &self.light {
+            Some(LightName::Index(index)) => Some(*index).filter(|index| *index < lights.len()),
+            Some(LightName::Id(id)) => lights.iter().position(|own| own.id() == Some(id)),
+            None => {
+                check.refuse(Code::Missing, || "/light".into(), "`light` is missing");
+                Some(0)
+            }
+        };
+        if light.is_none() {
+            check.refuse(Code::UnknownWord, || "/light".into(), "the scene has no such light");
+        }
+        let of = DepthsOf::Light(light.unwrap_or(0), self.size.unwrap_or(1));
+        Ok((check_scene(check, self.scene)?, of))
     }
 }
 

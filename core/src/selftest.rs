@@ -114,6 +114,14 @@ fn trials() -> Vec<Trial> {
             ..depths("noise")
         },
         Trial::new("attenuated", Layer::Surface, "auto", MIXED),
+        Trial { lights: SPOTS, ..Trial::new("spot", Layer::Airlight, "auto", MIXED) },
+        Trial { lights: SPOTS, ..Trial::new("spot", Layer::Airlight, "sun2005", even) },
+        Trial { lights: SPOTS, ..Trial::new("spot", Layer::Airlight, "fogshop2007", MIXED) },
+        Trial { lights: SPOTS, ..Trial::new("spot", Layer::Airlight, "macklin2010", SLABS) },
+        Trial { lights: SPOTS, ..Trial::new("spot", Layer::Surface, "auto", MIXED) },
+        Trial { lights: SHADED, ..Trial::new("shadows", Layer::Airlight, "auto", MIXED) },
+        Trial { lights: SHADED, ..Trial::new("shadows", Layer::Airlight, "sun2005", even) },
+        Trial { lights: SHADED, ..Trial::new("shadows", Layer::Surface, "auto", MIXED) },
         Trial { lights: SUN, ..Trial::new("sun", Layer::Airlight, "auto", MIXED) },
         Trial { lights: SUN, ..Trial::new("sun", Layer::Surface, "auto", MIXED) },
     ];
@@ -134,10 +142,19 @@ const MIXED: &str = r#"[{"kind": "homogeneous", "extinction": 0.02},
         {"center": [1.5, 1, -2], "radius": 0.7, "extinction": 0.9}]}]"#;
 
 /// Lights of the stage.
-const LAMPS: &str = r#"[{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
+const LAMPS: &str = r#"[
+    {"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24], "shadows": false},
+    {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30], "shadows": false}]"#;
+/// The same with shadows.
+const SHADED: &str = r#"[{"kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24]},
     {"kind": "point", "position": [3, 3, -2], "intensity": [10, 20, 30]}]"#;
+/// The stage before a soft cone and a hard one.
+const SPOTS: &str = r#"[{"kind": "spot", "position": [2, 3, 1], "direction": [-0.6, -1, 0.2], "inner_angle_deg": 10,
+    "outer_angle_deg": 35, "intensity": [30, 20, 10], "shadows": false},
+    {"kind": "spot", "position": [-2, 1, -1], "direction": [1, 0.1, 0.3], "inner_angle_deg": 25, "outer_angle_deg": 25,
+     "intensity": [5, 10, 20], "shadows": false}]"#;
 /// The stage by daylight.
-const SUN: &str = r#"[{"kind": "sun", "direction": [0.4, -1, -0.3], "irradiance": [3, 3, 2.8]}]"#;
+const SUN: &str = r#"[{"kind": "sun", "direction": [0.4, -1, -0.3], "irradiance": [3, 3, 2.8], "shadows": false}]"#;
 
 /// Everything but its lights and its fog.
 const STAGE: &str = r#""camera": {"position": [0, 1.7, 8], "target": [0, 1, 0]},
@@ -347,7 +364,7 @@ mod tests {
         let report = of_cpu(&Cpu::default(), &Progress::default()).unwrap();
         assert_eq!(report.models.len(), trials().len());
         for model in report.models {
-            let is_rippled = ["functions", "fogmap"].contains(&model.model);
+            let is_rippled = ["functions", "fogmap", "spot", "shadows"].contains(&model.model);
             let most = if is_rippled && model.layer == Layer::Airlight { 3e-2 } else { 1e-3 };
             assert!(model.largest_difference < most, "{model:?}");
         }

@@ -36,9 +36,10 @@ fn lane(scene: &CheckedScene, is_small: bool) -> Lane {
     if is_short { Lane::Short } else { Lane::Long }
 }
 
-/// Airlights of each light: one a band of colour and a group of terms that scatter alike.
+/// Airlights of each light: one a band of colour, an octave, and a group of terms that scatter alike.
 fn integrals(scene: &CheckedScene) -> u64 {
-    (scene.fog.bands() * scene.fog.scatterings().len().max(1)) as u64
+    let octaves = scene.fog.octaves().len();
+    (scene.fog.bands() * scene.fog.scatterings().len().max(1) * octaves) as u64
 }
 
 /// Blobs, cells, waves and monomials that a ray may sum up.

@@ -58,6 +58,28 @@ pub async fn answer(
     format: Format,
     encode: impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
 ) -> Result<Response, Problem> {
+    let render = move |renderer: &Renderer, scene: &CheckedScene, progress: &Progress| {
+        renderer.render(scene, &view, progress)
+    };
+    answer_by(app, client, job, scene, view, format, (render, encode)).await
+}
+
+/// The same of a frame as large as that of `view`, however it is made.
+///
+/// # Errors
+/// Those of [`answer_job`].
+pub async fn answer_by(
+    app: &App,
+    client: Client,
+    job: Option<JobId>,
+    scene: CheckedScene,
+    view: View,
+    format: Format,
+    (render, encode): (
+        impl FnOnce(&Renderer, &CheckedScene, &Progress) -> Result<Frame, Interrupted> + Send + 'static,
+        impl FnOnce(&Frame) -> Result<Encoded, EncodeError> + Send + 'static,
+    ),
+) -> Result<Response, Problem> {
     let channels = view.layer.channels(scene.fog.bands());
     // A PNG of optical depths may have 16 bits a number.
     let is_deep = view.layer == Layer::OpticalDepth && !format.is_float();
@@ -67,7 +89,7 @@ pub async fn answer(
     let deadline = app.deadline(scene.fog.airlight == Airlight::Reference);
     let order = Order::new(lane_of_picture(&scene, &view), client, deadline);
     let render = move |renderer: &Renderer, progress: &Progress| {
-        let mut frame = renderer.render(&scene, &view, progress)?;
+        let mut frame = render(renderer, &scene, progress)?;
         let timings = std::mem::take(&mut frame.timings);
         Ok((frame, timings))
     };

@@ -13,6 +13,7 @@
 
 #import fogbank::num
 #import fogbank::lamp
+#import fogbank::beam
 #import fogbank::media::gaussians
 
 /// Line integrals of one ray through one blob.
@@ -43,19 +44,20 @@ fn crossing(seen: gaussians::Seen, direction: vec3<f32>, length_m: f32) -> Cross
 }
 
 /// L_i per unit of ω·I₀/(4π) [1/m²] (eq. 11). `lit` holds a · (centre − light), and the exponent of
-/// f¹ with the blob's own two depths taken out again; `floor_m` is the smallest distance from the
-/// light that counts.
-fn scattered(cross: Crossing, seen: gaussians::Seen, lit: vec4<f32>, floor_m: f32) -> f32 {
+/// f¹ with the blob's own two depths taken out again; a cone lights as much of a
+/// blob as of its centre on the ray.
+fn scattered(cross: Crossing, seen: gaussians::Seen, lit: vec4<f32>, light: lamp::Lamp) -> f32 {
     // The way from the light to b_i^r: as a sum of vectors it keeps a small distance's digits.
     let way = lit.xyz + cross.aside;
-    let distance = max(length(way), seen.a * floor_m);
+    let distance = max(length(way), seen.a * floor_of(light));
     // Its ends, counted from its point closest to the centre.
     let end = dot(cross.aside, way) / distance;
     let start = end - distance;
     let miss_squared = max(cross.aside_squared - end * end, 0.0);
     let depth = seen.k * num::exp_bounded(-miss_squared) * num::erf_difference(start, end);
     let falloff = seen.a / distance;
-    return cross.depth * num::exp_bounded(lit.w - depth - cross.before) * falloff * falloff;
+    let share = falloff * falloff * beam::weight(light, way / distance);
+    return cross.depth * num::exp_bounded(lit.w - depth - cross.before) * share;
 }
 
 /// The smallest distance that counts between a light and a ray [m].

@@ -7,16 +7,23 @@
 
 #import fogbank::num
 #import fogbank::lamp
+#import fogbank::beam
 
-/// L_a per unit of ω·I₀ [1/m²] along a ray from where the light stands `toward` [m], in the unit `direction`.
-fn airlight(beta: f32, toward: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
-    return between(beta, toward, direction, vec2<f32>(0.0, length_m));
-}
-
-/// The same between two ray parameters [m]: what a slab of fog scatters.
-fn between(beta: f32, toward: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> f32 {
-    let miss = max(length(cross(toward, direction)), length(toward) * lamp::MISS_FLOOR);
-    let aside = ends - dot(toward, direction);
-    let angle = num::angle(miss * (ends.y - ends.x), miss * miss + aside.x * aside.y);
-    return beta * angle / (4.0 * num::PI * miss);
+/// L_a per unit of ω·I₀ [1/m²] of a light between two parameters of a ray from `start` in the unit `direction` [m]:
+/// what a ray or a slab of fog scatters.
+fn within(
+    beta: f32,
+    light: lamp::Lamp,
+    start: vec3<f32>,
+    direction: vec3<f32>,
+    ends: vec2<f32>,
+) -> f32 {
+    let there = lamp::beside(light, start, direction);
+    let aside = ends - there.closest;
+    var turn = num::angle(there.miss * (ends.y - ends.x), there.miss * there.miss + aside.x * aside.y);
+    if lamp::is_beam(light) {
+        let angles = vec2<f32>(beam::angle_at(there, ends.x), beam::angle_at(there, ends.y));
+        turn = beam::turn(light, beam::beside(light, start, direction), angles);
+    }
+    return beta * turn / (4.0 * num::PI * there.miss);
 }

@@ -15,6 +15,7 @@
 
 #import fogbank::num
 #import fogbank::lamp
+#import fogbank::beam
 
 /// Abscissae and weights of the Gauss–Legendre rule on [0, 1].
 const GAUSS: array<vec2<f32>, 10> = array<vec2<f32>, 10>(
@@ -33,10 +34,59 @@ const GAUSS: array<vec2<f32>, 10> = array<vec2<f32>, 10>(
 /// Optical depth behind which the integrand no longer counts: e⁻¹⁸ is 1.5e-8.
 const CUT: f32 = 18.0;
 
-/// L_a per unit of ω·I₀ [1/m²] of a light at `light` relative to the ray's origin, along the ray in
-/// the unit `direction` up to `length_m`, in fog of extinction `beta` [1/m].
-fn airlight(beta: f32, light: vec3<f32>, direction: vec3<f32>, length_m: f32) -> f32 {
-    let before = lamp::to_light(light, direction);
+/// L_a per unit of ω·I₀ [1/m²] of a light between two parameters of a ray from `start` in the unit `direction` [m], in fog
+/// of extinction `beta` [1/m].
+fn within(
+    beta: f32,
+    light: lamp::Lamp,
+    start: vec3<f32>,
+    direction: vec3<f32>,
+    ends: vec2<f32>,
+) -> f32 {
+    let before = lamp::beside(light, start, direction);
+    if lamp::is_beam(light) {
+        return of_beam(beta, light, beam::beside(light, start, direction), before, ends);
+    }
+    if lamp::is_sun(light) {
+        // What is removed of it on the way to the eye.
+        let removed = num::absorptance(beta * (ends.y - ends.x))
+            * num::exp_bounded(-beta * (light.path_m + ends.x));
+        return removed / (4.0 * num::PI * before.miss) / before.miss;
+    }
+    return between(beta, before, ends);
+}
+
+/// The same of a lamp that shines into a cone.
+fn of_beam(
+    beta: f32,
+    light: lamp::Lamp,
+    cone: beam::Crossed,
+    before: lamp::ToLight,
+    reach: vec2<f32>,
+) -> f32 {
+    let ends = vec2<f32>(beam::angle_at(before, reach.x), beam::angle_at(before, reach.y));
+    let inner = beam::full_between(cone, ends);
+    var sum = 0.0;
+    if inner.x < inner.y {
+        let begin = clamp(beam::t_at(before, inner.x), reach.x, reach.y);
+        let end = clamp(beam::t_at(before, inner.y), begin, reach.y);
+        sum = between(beta, before, vec2<f32>(begin, end));
+    }
+    let scale = beta / (4.0 * num::PI * before.miss);
+    for (var i = 0u; i < beam::SOFT; i++) {
+        let node = beam::soft(light, cone, ends, i);
+        let t = clamp(beam::t_at(before, node.x), reach.x, reach.y);
+        let aside = t - before.closest;
+        let way = t + sqrt(aside * aside + before.miss * before.miss);
+        sum += scale * node.y * num::exp_bounded(-beta * way);
+    }
+    return sum;
+}
+
+/// Airlight between two parameters of a ray.
+fn between(beta: f32, there: lamp::ToLight, ends: vec2<f32>) -> f32 {
+    let before = lamp::ToLight(there.closest - ends.x, there.miss, there.tilt);
+    let length_m = ends.y - ends.x;
     let h2 = before.miss * before.miss;
     let t = vec2<f32>(-before.closest, length_m - before.closest);
     let d = sqrt(h2 + t * t);
@@ -61,7 +111,7 @@ fn airlight(beta: f32, light: vec3<f32>, direction: vec3<f32>, length_m: f32) ->
         let faded = num::exp_bounded(-beta * c * s * q * inverse);
         sum += 2.0 * GAUSS[i].y * faded * rho * rho2 * inverse;
     }
-    let scale = beta * num::exp_bounded(-beta * d.x) / (2.0 * num::PI);
+    let scale = beta * num::exp_bounded(-beta * (d.x + ends.x)) / (2.0 * num::PI);
     return scale * sum * rho_range / c;
 }
 

@@ -54,3 +54,13 @@ fn gain(clear: f32, a: Place, b: Place) -> f32 {
 fn bulk(depth: f32, t: f32) -> f32 {
     return num::absorptance(depth) / max(t, num::LEAST) + CLEAR;
 }
+
+/// The mean over a part of a square's way, given its values at both ends and its mean between.
+fn between(ends: vec2<f32>, mean: f32, part: vec2<f32>) -> f32 {
+    let bend = 3.0 * (ends.x + ends.y) - 6.0 * mean;
+    let rise = ends.y - ends.x - bend;
+    let squares = part.x * part.x + part.y * part.y + part.x * part.y;
+    // Where what is seen leaps no square tells it.
+    let value = ends.x + 0.5 * rise * (part.x + part.y) + bend * squares / 3.0;
+    return clamp(value, 0.0, 3.0 * mean);
+}

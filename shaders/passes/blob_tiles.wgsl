@@ -13,6 +13,9 @@
 #endif
 #import fogbank::num
 #import fogbank::lamp
+#ifdef SHADOWS
+#import fogbank::grid::shafts
+#endif
 #import fogbank::airlight::fogshop2007
 #import fogbank::airlight::macklin2010
 
@@ -99,8 +102,13 @@ fn along(place: u32, ray: view::Ray, length_m: f32) -> vec4<f32> {
         let scatter = scatters[i];
         let light = lamps[scatter.lamp];
         let side = lit[scatter.lamp * frame.blobs + place];
-        let floor_m = fogshop2007::floor_of(light);
-        airlight += fogshop2007::scattered(crossing, seen, side, floor_m) * scatter.colour;
+        var value = fogshop2007::scattered(crossing, seen, side, light);
+#ifdef SHADOWS
+        // A blob is lit as its centre on the ray is.
+        let t = clamp(dot(seen.b, ray.direction) / seen.a, 0.0, length_m);
+        value *= lit_between(scatter.lamp, ray, length_m, vec2<f32>(t));
+#endif
+        airlight += value * scatter.colour;
     }
     return vec4<f32>(airlight / (4.0 * num::PI), crossing.depth);
 #else
@@ -112,11 +120,27 @@ fn along(place: u32, ray: view::Ray, length_m: f32) -> vec4<f32> {
     for (var i = 0u; i < frame.scatters; i++) {
         let scatter = scatters[i];
         if scatter.group == blobs[place].group {
-            let toward = lamps[scatter.lamp].position - ray.offset;
-            airlight += macklin2010::between(beta, toward, ray.direction, ends) * scatter.colour;
+            let light = lamps[scatter.lamp];
+            var own = macklin2010::within(beta, light, ray.offset, ray.direction, ends);
+#ifdef SHADOWS
+            own *= lit_between(scatter.lamp, ray, length_m, ends);
+#endif
+            airlight += own * scatter.colour;
         }
     }
 #endif
     return vec4<f32>(airlight, gaussians::depth_of(seen, line, length_m));
 #endif
 }
+
+#ifdef SHADOWS
+/// Share of a lamp's light between two parameters of a ray.
+fn lit_between(which: u32, ray: view::Ray, length_m: f32, ends: vec2<f32>) -> f32 {
+    if !shafts::is_shaded(which) {
+        return 1.0;
+    }
+    let light = lamp::beside(lamps[which], ray.offset, ray.direction);
+    let seen = shafts::look_to(which, light, ray.offset, ray.direction, length_m);
+    return shafts::share_between(which, seen, light, ends);
+}
+#endif

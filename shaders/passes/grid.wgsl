@@ -18,6 +18,7 @@
 #import fogbank::view
 #import fogbank::bundle
 #import fogbank::lamp
+#import fogbank::beam
 #import fogbank::haze
 #import fogbank::media::gaussians
 #import fogbank::grid::around
@@ -27,6 +28,7 @@
 #import fogbank::grid::glow
 #import fogbank::grid::light_table
 #import fogbank::grid::rule
+#import fogbank::grid::shafts
 
 /// The work of a dispatch.
 struct Task {
@@ -282,6 +284,11 @@ fn ray_of(scope: Scope, c: u32) -> view::Ray {
         return view::ray_of(frame, pixel_of(scope.first, c % ALONE));
     }
     return cell::ray_at(frame, scope.square, select(cell::PLACES[c % CHECK], cell::CHECK, c == CHECK));
+}
+
+/// Whether a lamp lights parts of rays only.
+fn is_parted(which: u32) -> bool {
+    return lamp::is_beam(lamps[which]) || shafts::is_shaded(which);
 }
 
 fn is_near(scope: Scope, light: lamp::Lamp) -> bool {
@@ -605,33 +612,47 @@ fn tabulate(place: u32, scope: Scope, i: u32) {
         table[index_of(RATIO, c, k)] = gain.y;
     }
     workgroupBarrier();
+    let is_parted = is_parted(scatter.lamp);
     for (var c = place; c < rays; c += SIZE) {
         var sum = 0.0;
         var known = 0.0;
         for (var k = 0u; k < scope.knots; k++) {
             let part = table[index_of(RATIO, c, k)];
+            let total = table[index_of(LIGHT, c, k)];
             sum += part * table[index_of(MEAN, c, k)];
             known += part;
-            table[index_of(LIGHT, c, k)] = sum;
-            table[index_of(RATIO, c, k)] = known;
+            if is_parted {
+                // The airlight is asked of the ninth ray alone: β e^(−T) stands in its place.
+                let seen = table[index_of(OWN_BETA, c, k)] * num::exp_bounded(-min(total, 80.0));
+                table[index_of(LIGHT, c, k)] = select(seen, sum, c == CHECK);
+                table[index_of(RATIO, c, k)] = ratio_of(scope, c, k, sum, known);
+            } else {
+                table[index_of(LIGHT, c, k)] = sum;
+                table[index_of(RATIO, c, k)] = known;
+            }
         }
     }
     workgroupBarrier();
-    for (var pair = place; pair < pairs; pair += SIZE) {
+    let ratios = select(pairs, 0u, is_parted);
+    for (var pair = place; pair < ratios; pair += SIZE) {
         let c = pair % rays;
         let k = pair / rays;
         let sum = table[index_of(LIGHT, c, k)];
-        // Behind all blobs and lamps R does not help any more.
-        var ratio = sum;
-        if k < scope.behind {
-            let t = knot_on(c, k);
-            let ray = ray_of(scope, c);
-            let depth = table[index_of(DEPTH, c, k)] + haze::depth(ray.offset, ray.direction, t);
-            ratio = sum / (table[index_of(RATIO, c, k)] * rule::bulk(depth, t));
-        }
-        table[index_of(RATIO, c, k)] = ratio;
+        table[index_of(RATIO, c, k)] = ratio_of(scope, c, k, sum, table[index_of(RATIO, c, k)]);
     }
     workgroupBarrier();
+}
+
+/// R at a knot, of the airlight up to it and M.
+fn ratio_of(scope: Scope, c: u32, k: u32, sum: f32, known: f32) -> f32 {
+    // Behind all blobs and lamps R does not help any more.
+    if k >= scope.behind {
+        return sum;
+    }
+    let t = knot_on(c, k);
+    let ray = ray_of(scope, c);
+    let depth = table[index_of(DEPTH, c, k)] + haze::depth(ray.offset, ray.direction, t);
+    return sum / (known * rule::bulk(depth, t));
 }
 
 /// T from the eye and from a lamp at a knot.
@@ -794,6 +815,9 @@ fn look_up(place: u32, scope: Scope, which: u32, is_near: bool, is_first: bool) 
             } else {
                 value = beside_lamp(scope, scatter, light, end, sections, depth);
             }
+            if is_parted(scatter.lamp) {
+                value *= share_of(scatter, ray, light, end, sections);
+            }
             let at = view::index_of(frame, pixel);
             let before = select(fogged[at], vec4<f32>(0.0, 0.0, 0.0, lumps), is_first);
             fogged[at] = before + vec4<f32>(value * scatter.colour, 0.0);
@@ -880,4 +904,62 @@ fn near_lamp(scatter: lamp::Scatter, light: lamp::ToLight, end: End, sections: a
         begin = max(until, begin);
     }
     return sum;
+}
+
+/// Share of the airlight of a lamp that lights parts of a ray only: from knot to knot the glow of what it lights, times
+/// the mean there of β e^(−T), over the same of the whole ray.
+fn share_of(
+    scatter: lamp::Scatter,
+    ray: view::Ray,
+    light: lamp::ToLight,
+    end: End,
+    sections: array<f32, 8>,
+) -> f32 {
+    let source = lamps[scatter.lamp];
+    let is_beam = lamp::is_beam(source);
+    let is_shaded = shafts::is_shaded(scatter.lamp);
+    let cone = beam::beside(source, ray.offset, ray.direction);
+    let first = glow::first_angle(light);
+    var seen: shafts::Seen;
+    if is_shaded {
+        seen = shafts::look_to(scatter.lamp, light, ray.offset, ray.direction, end.t);
+    }
+    var sum = 0.0;
+    var all = 0.0;
+    var begin = 0.0;
+    var angle = first;
+    var before = between(end.share, LIGHT, 0u);
+    for (var k = 0u; k <= end.knot + 1u; k++) {
+        let knot = max(knot_within(sections, k), begin);
+        let until = max(select(min(knot, end.t), end.t, k > end.knot), begin);
+        let whole = max(glow::turn(light, begin, knot), num::LEAST);
+        let turn = glow::turn(light, begin, until);
+        let next = between(end.share, LIGHT, k);
+        let mean = max(between(end.share, MEAN, k), 0.0);
+        all += rule::between(vec2<f32>(before, next), mean, vec2<f32>(0.0, turn / whole))
+            * glow::over(scatter, angle, turn);
+        // From the angle at the knot before: the sun's hardly change.
+        var lit = vec2<f32>(0.0, turn);
+        if is_beam {
+            lit = beam::narrowed(cone, angle + lit) - angle;
+        }
+        let width = lit.y - lit.x;
+        if width > 0.0 {
+            var share = 1.0;
+            if is_beam {
+                share = beam::turn(source, cone, angle + lit) / width;
+            }
+            if is_shaded {
+                let near = shafts::place_of(scatter.lamp, seen, first, angle + lit.x, begin);
+                let far = shafts::place_of(scatter.lamp, seen, first, angle + lit.y, until);
+                share *= shafts::share(scatter.lamp, seen, near, far);
+            }
+            let value = rule::between(vec2<f32>(before, next), mean, lit / whole);
+            sum += value * share * glow::over(scatter, angle + lit.x, width);
+        }
+        angle += turn;
+        begin = until;
+        before = next;
+    }
+    return min(sum / max(all, num::LEAST), 1.0);
 }

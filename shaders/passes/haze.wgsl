@@ -9,6 +9,10 @@
 #import fogbank::haze
 #import fogbank::airlight::sun2005
 #import fogbank::airlight::macklin2010
+#ifdef SHADOWS
+#import fogbank::beam
+#import fogbank::grid::shafts
+#endif
 
 @group(0) @binding(0) var<uniform> frame: view::View;
 @group(0) @binding(1) var hits: texture_2d<f32>;
@@ -41,13 +45,55 @@ fn closed(ray: view::Ray, length_m: f32) -> vec3<f32> {
     var airlight = vec3<f32>(0.0);
     for (var i = 0u; i < frame.scatters; i++) {
         let scatter = scatters[i];
-        let toward = lamps[scatter.lamp].position - ray.offset;
-#ifdef AIRLIGHT_MACKLIN2010
-        let value = macklin2010::airlight(beta, toward, ray.direction, length_m);
+        let light = lamps[scatter.lamp];
+        var value = 0.0;
+#ifdef SHADOWS
+        if shafts::is_shaded(scatter.lamp) {
+            value = in_parts(beta, scatter.lamp, ray, length_m);
+        } else {
+            value = within(beta, light, ray, vec2<f32>(0.0, length_m));
+        }
 #else
-        let value = sun2005::airlight(beta, toward, ray.direction, length_m);
+        value = within(beta, light, ray, vec2<f32>(0.0, length_m));
 #endif
         airlight += value * scatter.share * scatter.colour;
     }
     return airlight;
 }
+
+/// The closed form between two ray parameters.
+fn within(beta: f32, light: lamp::Lamp, ray: view::Ray, ends: vec2<f32>) -> f32 {
+#ifdef AIRLIGHT_MACKLIN2010
+    return macklin2010::within(beta, light, ray.offset, ray.direction, ends);
+#else
+    return sun2005::within(beta, light, ray.offset, ray.direction, ends);
+#endif
+}
+
+#ifdef SHADOWS
+/// Parts of a ray of which a closed form is summed up where surfaces hide some of the light.
+const PARTS: u32 = 24u;
+
+/// The same as far as it is lit, part by part, even in the angle at a lamp or along the ray.
+fn in_parts(beta: f32, which: u32, ray: view::Ray, length_m: f32) -> f32 {
+    let light = lamps[which];
+    let before = lamp::beside(light, ray.offset, ray.direction);
+    let seen = shafts::look_to(which, before, ray.offset, ray.direction, length_m);
+    let is_far = lamp::is_sun(light);
+    let begin = beam::angle_at(before, 0.0);
+    let end = beam::angle_at(before, length_m);
+    var sum = 0.0;
+    var last = 0.0;
+    for (var part = 1u; part <= PARTS; part++) {
+        let share = f32(part) / f32(PARTS);
+        let even = select(beam::t_at(before, mix(begin, end, share)), share * length_m, is_far);
+        let next = select(clamp(even, last, length_m), length_m, part == PARTS);
+        let lit = shafts::share_between(which, seen, before, vec2<f32>(last, next));
+        if lit > 0.0 {
+            sum += lit * within(beta, light, ray, vec2<f32>(last, next));
+        }
+        last = next;
+    }
+    return sum;
+}
+#endif

@@ -8,11 +8,15 @@
 #import fogbank::num
 #import fogbank::view
 #import fogbank::lamp
+#import fogbank::beam
 #import fogbank::sparse
 #import fogbank::haze
 #import fogbank::surface::attenuated
 #ifdef TABLES
 #import fogbank::grid::light_table
+#endif
+#ifdef SHADOWS
+#import fogbank::casters
 #endif
 
 @group(0) @binding(0) var<uniform> frame: view::View;
@@ -57,12 +61,18 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 #endif
     for (var i = part.first; i < part.end; i++) {
         let light = lamps[i];
+#ifdef SHADOWS
+        let is_seen = surface + 1u < arrayLength(&materials);
+        if is_seen && light.is_shaded == 1u && casters::hides(light, point + casters::LIFT * hit.w * hit.xyz) {
+            continue;
+        }
+#endif
         let toward = lamp::way_to(light, point);
         var depth = depth_of(i, pixel, point, toward);
 #ifdef LOW
         depth += low_depth(i, around, weights);
 #endif
-        let through = num::exp_bounded(-depth);
+        let through = num::exp_bounded(-depth) * beam::weight(light, -normalize(toward));
         let reflected = attenuated::reflection(
             hit.xyz,
             ray.direction,

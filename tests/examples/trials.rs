@@ -26,7 +26,7 @@ fn main() {
 /// Whether the published method takes the scene.
 fn is_taken(trial: &Trial) -> bool {
     let Ok(scene) = read::<Scene>(trial.scene.to_string().as_bytes()) else { return false };
-    scene.fog.refusal(&scene.lights, Airlight::Fogshop2007).is_none()
+    scene.fog.refusal(Airlight::Fogshop2007).is_none()
 }
 
 fn published(trial: &Trial) -> String {

@@ -153,8 +153,18 @@ pub fn in_thin_air(inputs: &Value, airlight: &str) -> (Value, Value) {
     const THIN: f64 = 1e-9;
     let scattered = number(&inputs["I"]) * number(&inputs["sigma_s"]);
     let intensity = json!(scattered * 4.0 * std::f64::consts::PI / THIN);
+    let mut light = lamp(&inputs["light"], &intensity);
+    if let Some(spot) = inputs.get("spot") {
+        let outer = number(&spot["half_outer"]).to_degrees();
+        // A hard cone has one angle.
+        let inner = spot["half_inner"].as_f64().map_or(outer, f64::to_degrees);
+        light[0]["kind"] = "spot".into();
+        light[0]["direction"] = spot["axis"].clone();
+        light[0]["outer_angle_deg"] = outer.into();
+        light[0]["inner_angle_deg"] = inner.into();
+    }
     let scene = json!({
-        "lights": lamp(&inputs["light"], &intensity),
+        "lights": light,
         "fog": { "airlight": airlight,
                  "terms": [{ "kind": "homogeneous", "extinction": THIN }] },
     });

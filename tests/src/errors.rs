@@ -7,13 +7,14 @@ use fogbank_core::airlight::about::{Exactness, MeasuredError};
 use fogbank_core::airlight::reference;
 use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::geometry::Ray;
-use fogbank_core::light::{Source, point::Place};
+use fogbank_core::light::{Light, Source, point::Place};
 use fogbank_core::media::Field;
 use fogbank_core::options::{Loss, Options};
 use fogbank_core::phase::PhaseFunction;
+use fogbank_core::presets::{self, Preset};
 use fogbank_core::request::{Layer, Quality, View};
 use fogbank_core::scene::{Airlight, Scene, read};
-use fogbank_core::{Progress, Renderer, presets};
+use fogbank_core::{Progress, Renderer};
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -37,6 +38,12 @@ pub fn measure(airlight: Airlight) -> [f64; 3] {
     quantiles(&mut errors)
 }
 
+/// The presets of the papers; those that are about light alone add nothing to what is said of fog.
+fn about_fog() -> impl Iterator<Item = Preset> {
+    const ABOUT_LIGHT: [&str; 2] = ["nave-shafts", "lighthouse"];
+    presets::all().into_iter().filter(|preset| !ABOUT_LIGHT.contains(&preset.name))
+}
+
 fn quantiles(errors: &mut [f64]) -> [f64; 3] {
     errors.sort_by(f64::total_cmp);
     let at = |q: f64| errors[(q * (errors.len() - 1) as f64).round() as usize];
@@ -53,7 +60,7 @@ pub fn measure_loss(loss: &Loss, value: f64) -> [f64; 3] {
     };
     let renderer = Renderer::default();
     let mut errors = Vec::new();
-    for preset in presets::all() {
+    for preset in about_fog() {
         let scene = preset.scene.check().expect("a preset");
         let [all, lossy] = [Options::default(), options].map(|options| {
             let view = View { options, ..view(240, 180, Layer::Transmittance, Quality::Full) };
@@ -67,7 +74,7 @@ pub fn measure_loss(loss: &Loss, value: f64) -> [f64; 3] {
 /// Every pixel of small pictures of the scenes that it takes, against the reference.
 fn of_pictures(airlight: Airlight) -> Vec<f64> {
     let renderer = Renderer::default();
-    let takes = |scene: &Scene| scene.fog.refusal(&scene.lights, airlight).is_none();
+    let takes = |scene: &Scene| scene.fog.refusal(airlight).is_none();
     let errors = scenes().into_iter().filter(takes).flat_map(|scene| {
         let a = Side { airlight: airlight.into(), steps: None };
         let request = CompareRequest { scene, width: 16, height: 12, a, b: Side::reference() };
@@ -98,8 +105,20 @@ fn scenes() -> Vec<Scene> {
     });
     // A veil alone has no airlight to measure.
     let has_light = |scene: &Scene| scene.fog.airlight != Airlight::None;
-    let presets = presets::all().into_iter().map(|preset| preset.scene).filter(has_light);
-    presets.chain(random).collect()
+    let presets = about_fog().map(|preset| preset.scene).filter(has_light);
+    // Of the methods themselves: what shadows cost is measured on scenes of their own.
+    presets.chain(random).map(unshaded).collect()
+}
+
+fn unshaded(mut scene: Scene) -> Scene {
+    for light in &mut scene.lights {
+        match light {
+            Light::Point(light) => light.shadows = false,
+            Light::Spot(light) => light.shadows = false,
+            Light::Sun(light) => light.shadows = false,
+        }
+    }
+    scene
 }
 
 fn terms(random: &mut Random, round: u64) -> Value {

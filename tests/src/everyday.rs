@@ -54,7 +54,7 @@ pub fn everyday(number: u64) -> Value {
 fn lamp(random: &mut Random) -> Value {
     let position = [random.between(-4.0, 4.0), random.between(0.5, 5.0), random.between(-6.0, 4.0)];
     let intensity = [0; 3].map(|_| random.between(5.0, 60.0));
-    json!({ "kind": "point", "position": position, "intensity": intensity })
+    json!({ "kind": "point", "position": position, "intensity": intensity, "shadows": false })
 }
 
 fn blob(random: &mut Random) -> Value {

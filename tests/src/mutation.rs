@@ -52,6 +52,9 @@ fn text(value: &Value, kind_first: bool) -> String {
     }
 }
 
+/// What asks for a map of a light in place of view rays.
+const OF_A_LIGHT: [&str; 2] = ["light", "size"];
+
 struct Walk<'a> {
     document: &'a Value,
     cases: Vec<Case>,
@@ -237,7 +240,14 @@ impl<'a> Walk<'a> {
 
     fn object(&mut self, schema: &'a Value, pointer: &str, frame: Frame) {
         let sample = self.sample(schema);
-        let members = sample.as_object().expect("an object");
+        let mut members = sample.as_object().expect("an object").clone();
+        let properties = schema["properties"].as_object();
+        // A map of optical depths is of view rays or of a light; that of a light has tests of its own.
+        let is_map =
+            properties.is_some_and(|all| OF_A_LIGHT.iter().all(|key| all.contains_key(*key)));
+        if is_map {
+            members.extend(["width", "height"].map(|key| (key.to_owned(), json!(8))));
+        }
         let with = |key: &str, value: Value| {
             let mut members = members.clone();
             members.insert(key.into(), value);
@@ -249,8 +259,8 @@ impl<'a> Walk<'a> {
             members.remove(key);
             self.wrong(pointer, &|_| frame(members.clone().into()), "");
         }
-        for (key, property) in schema["properties"].as_object().into_iter().flatten() {
-            if key != "kind" {
+        for (key, property) in properties.into_iter().flatten() {
+            if key != "kind" && !(is_map && OF_A_LIGHT.contains(&key.as_str())) {
                 let at_hand = known(key);
                 let pointer = format!("{pointer}/{key}");
                 self.visit(property, at_hand.as_ref(), &pointer, &|value| with(key, value));

@@ -78,7 +78,7 @@ impl Random {
         let mut lamp = || {
             let intensity = [0; 3].map(|_| self.between(5.0, 100.0));
             json!({ "kind": "point", "position": self.point(half).to_array(),
-                    "intensity": intensity })
+                    "intensity": intensity, "shadows": false })
         };
         (0..count).map(|_| lamp()).collect()
     }

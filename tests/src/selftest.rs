@@ -5,6 +5,8 @@ use serde_json::Value;
 /// How far a model may be from the maths in f64: f32's rounding and the rules of pictures; where fog changes faster than
 /// the knots of a grid are apart, what pictures are held to.
 pub fn allowed(entry: &Value) -> f64 {
-    let is_rippled = entry["model"] == "functions" || entry["model"] == "fogmap";
+    // What changes faster than a grid's knots are apart: fog, and light between cones and shadows.
+    let is_rippled =
+        ["functions", "fogmap", "spot", "shadows"].iter().any(|model| entry["model"] == *model);
     if is_rippled && entry["layer"] == "airlight" { 3e-2 } else { 1e-3 }
 }

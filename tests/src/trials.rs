@@ -20,7 +20,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    fn new(name: &str, title: &str, scene: Value) -> Self {
+    pub(crate) fn new(name: &str, title: &str, scene: Value) -> Self {
         Self { name: name.into(), title: title.into(), scene }
     }
 }
@@ -198,7 +198,7 @@ pub fn sunlit() -> Vec<Trial> {
     let others = hard().into_iter().chain(layered()).chain(smoke()).chain(families());
     let lit = |mut trial: Trial| {
         let (_, direction) = LIT.iter().find(|(name, _)| *name == trial.name)?;
-        let sun = json!({ "kind": "sun", "direction": direction, "irradiance": [3.0, 2.8, 2.4] });
+        let sun = json!({ "kind": "sun", "direction": direction, "irradiance": [3.0, 2.8, 2.4], "shadows": false });
         let mut lights = vec![sun];
         if trial.name == "three-lamps" {
             lights.extend(trial.scene["lights"].as_array()?.first().cloned());
@@ -451,8 +451,9 @@ fn camera(position: [f64; 3], target: [f64; 3]) -> Value {
         "projection": { "kind": "perspective", "vertical_fov_deg": 50 } })
 }
 
+/// These trials are about fog: nothing hides its light.
 fn lamp(position: [f64; 3], intensity: [f64; 3]) -> Value {
-    json!({ "kind": "point", "position": position, "intensity": intensity })
+    json!({ "kind": "point", "position": position, "intensity": intensity, "shadows": false })
 }
 
 fn haze(extinction: f64) -> Value {

@@ -58,8 +58,8 @@ fn silhouettes_have_no_halo() {
             { "shape": { "kind": "box", "min": [-30, 0, -40], "max": [30, 30, -39] } },
         ],
         "lights": [
-            { "kind": "point", "position": [-1.5, 2, -2], "intensity": [20, 20, 20] },
-            { "kind": "point", "position": [0.9, 1.5, -1], "intensity": [9, 9, 9] },
+            { "kind": "point", "position": [-1.5, 2, -2], "intensity": [20, 20, 20], "shadows": false },
+            { "kind": "point", "position": [0.9, 1.5, -1], "intensity": [9, 9, 9], "shadows": false },
         ],
         "fog": { "terms": [
             { "kind": "homogeneous", "extinction": 0.02 },

@@ -48,8 +48,8 @@ fn scene(offset: f64) -> Value {
         "background": [0.1, 0.2, 0.3],
         "surfaces": surfaces,
         "lights": [
-            { "id": "warm", "kind": "point", "position": at(2.0, 3.0, 2.0), "intensity": [60, 50, 30] },
-            { "kind": "point", "position": at(-2.5, 2.0, 1.0), "intensity": [10, 20, 40] },
+            { "id": "warm", "kind": "point", "position": at(2.0, 3.0, 2.0), "intensity": [60, 50, 30], "shadows": false },
+            { "kind": "point", "position": at(-2.5, 2.0, 1.0), "intensity": [10, 20, 40], "shadows": false },
         ],
         "fog": {
             "albedo": [0.9, 0.8, 0.7],
@@ -366,6 +366,8 @@ fn presets_have_the_counts_of_the_papers_and_render() {
         ("fogmap-slopes", 0, 2),
         ("fogmap-smooth", 0, 2),
         ("in-scatter", 96, 3),
+        ("nave-shafts", 60, 4),
+        ("lighthouse", 48, 4),
     ];
     assert_eq!(presets.len(), expected.len());
     let length = |value: &Value| value.as_array().map_or(0, Vec::len);

@@ -212,7 +212,7 @@ fn moved(terms: &[Value], offset: DVec3) -> Field {
     let fog: Fog = read(json!({ "terms": terms }).to_string().as_bytes()).expect("a fog");
     // A second of wind.
     let wind = Wind { velocity: Some(Velocity(offset.to_array())), keys: None };
-    Field::new(&fog.terms, 0, &Moment { time_s: 1.0, wind })
+    Field::new(&fog.terms, 0, &Moment { time_s: 1.0, wind, ..Moment::default() })
 }
 
 /// Fog only takes light away: no optical depth is negative.
@@ -652,7 +652,7 @@ fn marching_comes_to_the_reference_step_by_step() {
 fn fog_glows_towards_the_light_where_g_is_positive() {
     let airlight = |g: f64, direction: [f64; 3]| {
         let scene = json!({
-            "lights": [{ "kind": "point", "position": [1, 0, -9] }],
+            "lights": [{ "kind": "point", "position": [1, 0, -9], "shadows": false }],
             "fog": { "phase": { "kind": "henyey_greenstein", "g": g },
                      "terms": [homogeneous(0.05)] },
         });
@@ -869,7 +869,7 @@ fn pictures_of_the_largest_blobs_agree_with_probes() {
 #[test]
 fn pictures_of_a_blob_before_thick_fog_agree_with_probes() {
     let scene = json!({
-        "lights": [{ "kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24] }],
+        "lights": [{ "kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24], "shadows": false }],
         "fog": { "terms": [
             { "kind": "homogeneous", "extinction": 0.03 },
             { "kind": "gaussians",
@@ -883,7 +883,7 @@ fn pictures_of_a_blob_before_thick_fog_agree_with_probes() {
 #[test]
 fn pictures_of_an_opaque_blob_in_fog_agree_with_probes() {
     let scene = json!({
-        "lights": [{ "kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24] }],
+        "lights": [{ "kind": "point", "position": [-0.5, 2.2, 1], "intensity": [40, 34, 24], "shadows": false }],
         "fog": { "terms": [
             { "kind": "homogeneous", "extinction": 0.05 },
             { "kind": "gaussians",

@@ -25,8 +25,8 @@ fn stage() -> Value {
         "background": [0.05, 0.08, 0.1],
         "surfaces": surfaces(),
         "lights": [
-            { "kind": "point", "position": [-1, 2, 2], "intensity": [40, 30, 20] },
-            { "kind": "point", "position": [2, 1, 1], "intensity": [5, 10, 20] },
+            { "kind": "point", "position": [-1, 2, 2], "intensity": [40, 30, 20], "shadows": false },
+            { "kind": "point", "position": [2, 1, 1], "intensity": [5, 10, 20], "shadows": false },
         ],
         "fog": {
             "albedo": [0.9, 0.8, 0.7], "ambient": [0.2, 0.25, 0.3],
@@ -50,11 +50,12 @@ fn picture(json: &Value) -> Vec<f32> {
 }
 
 /// Fields that change no picture, and why.
-const INERT: [(&str, &str); 11] = [
+const INERT: [(&str, &str); 12] = [
     ("/$schema", "for editors"),
     ("/surfaces/*/id", "a name"),
     ("/lights/*(point)/id", "a name"),
     ("/lights/*(sun)/id", "a name"),
+    ("/lights/*(spot)/id", "a name"),
     ("/fog/terms/*(homogeneous)/id", "a name"),
     ("/fog/terms/*(gaussians)/id", "a name"),
     ("/fog/terms/*(functions)/id", "a name"),
@@ -122,7 +123,7 @@ fn stages() -> Vec<Value> {
     ]);
     // Most of what moves shows in the veil already, which takes no time.
     keyed["fog"]["airlight"] = json!("none");
-    [near, parallel, even, slab, thinning, smoke, plain, keyed, sunny(), moving()]
+    [near, parallel, even, slab, thinning, smoke, plain, keyed, sunny(), moving(), spotted()]
         .map(complete)
         .into()
 }
@@ -134,6 +135,17 @@ fn sunny() -> Value {
     scene["lights"] = json!([{ "kind": "sun", "id": "sun", "direction": [0.5, -1, -0.3], "irradiance": [3, 2.8, 2.5] }]);
     scene["fog"]["noise"] =
         json!({ "strength": 0.6, "scale_m": 3, "drift": [0.4, 0.2, 0.3], "seed": 5 });
+    scene
+}
+
+/// A cone of light that is scattered more than once.
+fn spotted() -> Value {
+    let mut scene = stage();
+    scene["lights"] = json!([{ "kind": "spot", "id": "beam", "position": [1, 2.5, 2], "direction": [-0.3, -1, -0.4],
+        "inner_angle_deg": 15, "outer_angle_deg": 50, "intensity": [40, 30, 20] }]);
+    scene["fog"]["phase"] = json!({ "kind": "henyey_greenstein", "g": 0.5 });
+    scene["fog"]["multiple_scattering"] =
+        json!({ "octaves": 2, "attenuation": 0.5, "contribution": 0.4, "phase": 0.6 });
     scene
 }
 
@@ -323,7 +335,7 @@ fn drafts_have_no_halo() {
     let scene = scene(&json!({
         "camera": { "position": [0, 0, 6], "target": [0, 0, 0] },
         "surfaces": [{ "shape": { "kind": "sphere", "center": [0, 0, 3], "radius": 0.7 } }],
-        "lights": [{ "position": [2.5, 2, -2], "kind": "point", "intensity": [50, 50, 50] }],
+        "lights": [{ "position": [2.5, 2, -2], "kind": "point", "intensity": [50, 50, 50], "shadows": false }],
         "fog": { "terms": [{ "kind": "gaussians", "blobs": [
             { "center": [0, 0, -3], "radius": 3, "extinction": 1 },
             { "center": [0, 0, 4], "radius": 4, "extinction": 0.02 } ] }] },

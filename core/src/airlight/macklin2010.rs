@@ -10,7 +10,7 @@
 use super::about::{About, Exactness, Takes};
 use super::sun2005;
 use crate::geometry::Ray;
-use crate::light::ToLight;
+use crate::light::{Crossed, ToLight};
 use crate::media::gaussians::{Draw, draw_of};
 use crate::media::{Field, Term};
 use crate::num::Num;
@@ -37,25 +37,34 @@ fn takes(term: &Term) -> bool {
     sun2005::takes(term) || draw_of(term) == Some(Draw::Slab)
 }
 
-/// L_a per unit of ω·I₀ [1/m²] of a point light along a ray up to `length` [m], in fog of extinction
-/// `beta` [1/m].
+/// L_a per unit of ω·I₀ [1/m²] of a lamp that may shine into a cone, between two ray parameters [m], in fog of
+/// extinction `beta` [1/m]: what a ray or a slab of fog scatters.
 #[inline(always)]
-pub fn airlight<N: Num>(beta: N, light: ToLight<N>, length: N) -> N {
-    between(beta, light, [length.lit(0.0), length])
+pub fn within<N: Num>(
+    beta: N,
+    light: ToLight<N>,
+    cone: Option<&Crossed<N>>,
+    [from, to]: [N; 2],
+) -> N {
+    let turn = match cone {
+        Some(cone) => cone.turn([light.angle_at(from), light.angle_at(to)]),
+        None => light.angle(from, to),
+    };
+    beta * turn / light.miss * to.lit(0.25 / PI)
 }
 
-/// The same between two ray parameters [m]: what a slab of fog scatters.
-#[inline(always)]
-pub fn between<N: Num>(beta: N, light: ToLight<N>, [from, to]: [N; 2]) -> N {
-    beta * light.angle(from, to) / light.miss * to.lit(0.25 / PI)
-}
-
-/// That of all blobs of a group as slabs, in f64.
-pub fn of_slabs(field: &Field, group: usize, light: ToLight<f64>, ray: &Ray, length_m: f64) -> f64 {
+/// That of all blobs of a group as slabs, in f64; `within` is what light comes between two ray parameters.
+pub fn of_slabs(
+    field: &Field,
+    group: usize,
+    ray: &Ray,
+    length_m: f64,
+    within: impl Fn(f64, [f64; 2]) -> f64,
+) -> f64 {
     let blobs = &field.groups()[group].gaussians;
     let of_blob = |place: usize| {
         let slab = blobs.all()[place].seen_by_eye(ray.origin).slab(ray.direction.into(), length_m);
-        between(slab.beta, light, slab.ends)
+        within(slab.beta, slab.ends)
     };
     blobs.on_ray(ray, length_m).into_iter().map(of_blob).fold(0.0, |a, b| a + b)
 }

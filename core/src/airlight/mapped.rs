@@ -335,9 +335,12 @@ fn bisector<N: Num>(low: N, high: N, miss2: N) -> N {
 pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
     let Some((from, to)) = path.span() else { return 0.0 };
     let to = path.reaches(OPAQUE, from, to);
-    let sections = path.sections(from, to);
-    let sections = if sections.len() > MOST_SECTIONS { vec![from, to] } else { sections };
-    sections.windows(2).map(|ends| within(path, phase, ends[0], ends[1])).sum::<f64>() + 0.0
+    let of_part = |[from, to]: [f64; 2]| {
+        let sections = path.sections(from, to);
+        let sections = if sections.len() > MOST_SECTIONS { vec![from, to] } else { sections };
+        sections.windows(2).map(|ends| within(path, phase, ends[0], ends[1])).sum::<f64>()
+    };
+    path.lit(from, to).map(of_part).sum::<f64>() + 0.0
 }
 
 /// The share of a part of the ray on which the fog is smooth.

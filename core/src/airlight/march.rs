@@ -36,7 +36,8 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction, steps: u32) -> f
         let t = (f64::from(i) + 0.5) * step;
         let (beta, arrival) = (path.extinction(t), path.to_light.at(t));
         let own = if path.is_alone() { beta } else { path.own_extinction(t) };
-        let scattered = arrival.falloff(own * phase.value(arrival.cos));
+        let weight = if path.is_lit(t) { path.weight(t) } else { 0.0 };
+        let scattered = arrival.falloff(own * phase.value(arrival.cos) * weight);
         sum += scattered * (-depth - path.shade(t)).exp() * step;
         depth += beta * step;
     }

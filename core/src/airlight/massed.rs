@@ -65,5 +65,5 @@ fn part(path: &Path, phase: PhaseFunction, a: &Place, b: &Place) -> f64 {
     let mass = (b.own - a.own) * (-a.depth).exp() * seen;
     let (light, middle) = (&path.to_light, 0.5 * (a.t + b.t));
     let glow = light.angle(a.t, b.t) / light.miss * phase.value(light.at(middle).cos);
-    mass / length * glow * (-path.shade(middle)).exp()
+    mass / length * glow * path.weight(middle) * (-path.shade(middle)).exp()
 }

@@ -16,7 +16,6 @@ pub mod sun2005;
 
 pub(crate) use path::Path;
 
-use crate::light::Light;
 use crate::media::{Field, Scattering, Term};
 use about::{About, Exactness, Takes};
 use schemars::JsonSchema;
@@ -111,32 +110,20 @@ impl Default for Airlight {
 }
 
 impl Method {
-    /// What does it in a fog, before lights that all stand at places or not. `Auto` is Sun's where that is exact.
-    pub fn matched(self, scatterings: &[Scattering], are_placed: bool, field: &Field) -> Self {
+    /// What does it in a fog. `Auto` is Sun's where that is exact.
+    pub fn matched(self, scatterings: &[Scattering], field: &Field) -> Self {
         let is_isotropic = || scatterings.iter().all(|own| own.phase.is_isotropic());
         match self {
             _ if field.is_empty() => Self::None,
-            Self::Auto if are_placed && is_isotropic() && field.uniform_beta().is_some() => {
-                Self::Sun2005
-            }
+            Self::Auto if is_isotropic() && field.uniform_beta().is_some() => Self::Sun2005,
             asked => asked,
         }
     }
 }
 
-/// Why an estimator cannot take a fog of some terms, which scatter so, before some lights; if so. All of them take
-/// no fog at all.
-pub fn refusal(
-    terms: &[Term],
-    scatterings: &[Scattering],
-    lights: &[Light],
-    asked: Airlight,
-) -> Option<String> {
+/// Why an estimator cannot take a fog of some terms, which scatter so; if so. All of them take no fog at all.
+pub fn refusal(terms: &[Term], scatterings: &[Scattering], asked: Airlight) -> Option<String> {
     let Takes { name, what, term: takes, several } = asked.about().takes?;
-    let mut lights = lights.iter().filter(|light| light.enabled());
-    if !terms.is_empty() && lights.any(|light| !light.is_placed()) {
-        return Some(format!("{name} takes point lights only; auto takes all"));
-    }
     if scatterings.iter().any(|own| !own.phase.is_isotropic()) {
         return Some(format!("{name} scatters isotropically, not by henyey_greenstein; auto does"));
     }

@@ -1,8 +1,8 @@
 //! The fog along one view ray and from there to one light, exact and in f64: what the methods that sum
 //! up the integrand itself have in common.
 
-use crate::geometry::Ray;
-use crate::light::{Arrival, Source, ToLight};
+use crate::geometry::{Ray, parts::without};
+use crate::light::{Arrival, Crossed, Source, ToLight};
 use crate::media::{Along, Field, Sum, Ways};
 use crate::phase::PhaseFunction;
 use crate::progress::{Progress, Watch};
@@ -24,6 +24,10 @@ pub(crate) struct Path<'a> {
     pub length: f64,
     /// Where the light stands.
     pub to_light: ToLight<f64>,
+    /// How the ray passes its cone.
+    crossed: Option<Crossed<f64>>,
+    /// The parts of the ray that it reaches [m].
+    lit: Vec<[f64; 2]>,
     /// What is smooth along the ray.
     smooth: Sum<dyn Along>,
     /// What is not.
@@ -37,18 +41,29 @@ impl<'a> Path<'a> {
     /// Gathers the fog for a ray up to `length` [m], of which one group scatters the light.
     pub fn new(field: &Field, group: usize, light: Source, ray: Ray, length: f64) -> Self {
         let [smooth, lumps] = field.along(&ray, length).parted();
+        let to_light = light.beside(ray.origin.into(), ray.direction.into());
+        let crossed = light.crossed(ray.origin.into(), ray.direction.into());
+        let lit = crossed.map_or([0.0, length], |cone| within(&to_light, cone.within(), length));
         Self {
             group,
             is_alone: field.groups().len() == 1,
             is_rippled: field.is_rippled(),
             ray,
             length,
-            to_light: light.beside(ray.origin.into(), ray.direction.into()),
+            to_light,
+            crossed,
+            lit: vec![lit],
             smooth,
             lumps,
             shading: field.ways(light.origin(), [ray.origin, ray.at(length)]),
             watch: None,
         }
+    }
+
+    /// Where nothing stands between the ray and the light but in some parts of it, ascending [m].
+    pub fn shaded(mut self, shadows: &[[f64; 2]]) -> Self {
+        self.lit = self.lit.iter().flat_map(|lit| without(*lit, shadows)).collect();
+        self
     }
 
     /// As a part of a job.
@@ -124,7 +139,23 @@ impl<'a> Path<'a> {
     pub fn scattered(&self, phase: PhaseFunction, t: f64) -> (f64, Arrival<f64>) {
         let arrival = self.to_light.at(t);
         let through = (-self.depth(t) - self.shade(t)).exp();
-        (self.own_extinction(t) * phase.value(arrival.cos) * through, arrival)
+        (self.own_extinction(t) * phase.value(arrival.cos) * through * self.weight(t), arrival)
+    }
+
+    /// Share of the light that goes to the ray parameter `t` [m].
+    pub fn weight(&self, t: f64) -> f64 {
+        self.crossed.map_or(1.0, |cone| cone.weight(self.to_light.angle_at(t)))
+    }
+
+    /// Whether the light reaches the ray parameter `t` [m] at all.
+    pub fn is_lit(&self, t: f64) -> bool {
+        self.lit.iter().any(|[from, to]| *from <= t && t <= *to)
+    }
+
+    /// The parts between two ray parameters that the light reaches [m].
+    pub fn lit(&self, from: f64, to: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let parts = self.lit.iter().map(move |[a, b]| [a.max(from), b.min(to)]);
+        parts.filter(|[a, b]| a < b)
     }
 
     /// Whether nothing on the ray scatters, not even the tails of lumps.
@@ -146,9 +177,13 @@ impl<'a> Path<'a> {
         self.lumps.span()
     }
 
-    /// The ray parameters from one to another between which the fog is smooth [m].
+    /// The ray parameters from one to another between which fog and light are smooth [m].
     pub fn sections(&self, from: f64, to: f64) -> Vec<f64> {
         let mut ends = vec![from, to];
+        if let Some(cone) = self.crossed {
+            let full = within(&self.to_light, cone.full(), self.length);
+            ends.extend(full.into_iter().filter(|t| from < *t && *t < to));
+        }
         ends.extend(self.smooth.edges_between(from, to));
         ends.extend(self.lumps.edges_between(from, to));
         ends.sort_unstable_by(f64::total_cmp);
@@ -184,4 +219,12 @@ impl<'a> Path<'a> {
         const RADII: f64 = 5.0;
         RADII * self.finest_m(start, end)
     }
+}
+
+/// The part of a ray between two angles at a light, no longer than the ray [m].
+fn within(light: &ToLight<f64>, [from, to]: [f64; 2], length: f64) -> [f64; 2] {
+    let last = light.angle_at(length);
+    let begin = if from > 0.0 { light.t_at(from.min(last)) } else { 0.0 };
+    let end = if to < last { light.t_at(to.max(0.0)) } else { length };
+    [begin.clamp(0.0, length), end.clamp(0.0, length)]
 }

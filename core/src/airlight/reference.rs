@@ -36,11 +36,14 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
     if path.is_clear() {
         return 0.0;
     }
-    let mut panels = panels(path);
-    if !phase.is_isotropic() {
-        panels = within_turns(&panels);
-    }
-    quadrature::adaptive(&panels, 1e-7, |u| integrand(path, phase, u))
+    let of_part = |ends: [f64; 2]| {
+        let mut panels = panels(path, ends);
+        if !phase.is_isotropic() {
+            panels = within_turns(&panels);
+        }
+        quadrature::adaptive(&panels, 1e-7, |u| integrand(path, phase, u))
+    };
+    path.lit(0.0, path.length).map(of_part).sum()
 }
 
 /// β k(α) e^(−T(v,x)−T(x,s)) / d, the integrand over u.
@@ -49,14 +52,14 @@ fn integrand(path: &Path, phase: PhaseFunction, u: f64) -> f64 {
     arrival.falloff(value) * arrival.distance
 }
 
-/// Ends of panels in u, each short against the lumps that it crosses.
-fn panels(path: &Path) -> Vec<f64> {
+/// Ends of panels in u on a part of the ray, each short against the lumps that it crosses.
+fn panels(path: &Path, [from, to]: [f64; 2]) -> Vec<f64> {
     // No panel reaches over an edge of the fog, where the integrand jumps, nor over the light.
-    let mut open = path.sections(0.0, path.length);
+    let mut open = path.sections(from, to);
     open.push(path.to_light.closest);
-    open.retain(|t| 0.0 < *t && *t <= path.length);
+    open.retain(|t| from < *t && *t <= to);
     open.sort_unstable_by(|a, b| b.total_cmp(a));
-    let mut ends = vec![0.0];
+    let mut ends = vec![from];
     while let Some(&end) = open.last() {
         let start = ends[ends.len() - 1];
         if end - start > path.resolution(start, end) && ends.len() < 4096 {

@@ -1,4 +1,5 @@
-//! Airlight of a point light in homogeneous fog (Sun et al. 2005, eqs. 10–12), isotropic.
+//! Airlight of a point light in homogeneous fog (Sun et al. 2005, eqs. 10–12), isotropic; ours: of cones of light, and of
+//! the sun, which is elementary.
 //!
 //! Eq. 11 is A₀ [F(A₁, v₁) − F(A₁, v₀)] with F(u, v) = ∫₀ᵛ exp(−u tan ξ) dξ. Ours: the difference
 //! of F is evaluated as the one integral that it is. Two table look-ups cancel where the light lies
@@ -17,7 +18,8 @@
 //! 1000 times the light's distance.
 
 use super::about::{About, Exactness, Takes};
-use crate::light::ToLight;
+use crate::geometry::Origin;
+use crate::light::{Crossed, Source, ToLight};
 use crate::media::vertical::Profile;
 use crate::media::{Field, Medium, Term};
 use crate::num::Num;
@@ -101,6 +103,56 @@ pub fn airlight<N: Num>(beta: N, light: ToLight<N>, length: N) -> N {
     }
     let scale = beta * length.lit(0.5 * std::f64::consts::FRAC_1_PI);
     scale * (-(beta * d0)).exp() * sum * rho_range / c
+}
+
+/// The same of any light, between two ray parameters [m].
+#[inline(always)]
+pub fn within<N: Num>(
+    beta: N,
+    source: Source,
+    light: ToLight<N>,
+    cone: Option<&Crossed<N>>,
+    ends: [N; 2],
+) -> N {
+    match (source.origin(), cone) {
+        (Origin::Beyond(beyond), _) => of_sun(beta, beyond.path_m, light, ends),
+        (_, Some(cone)) => of_beam(beta, light, cone, ends),
+        (_, None) => between(beta, light, ends),
+    }
+}
+
+/// The same of the sun, whose light came through so much of the fog [m]: what is removed of it on the way to the eye.
+#[inline(always)]
+fn of_sun<N: Num>(beta: N, path_m: f64, light: ToLight<N>, [from, to]: [N; 2]) -> N {
+    let removed = (beta * (to - from)).absorptance();
+    let scale = beta.lit(0.25 * std::f64::consts::FRAC_1_PI) / light.miss / light.miss;
+    (-(beta * (from + beta.lit(path_m)))).exp() * removed * scale
+}
+
+/// The same of a lamp that shines everywhere.
+#[inline(always)]
+fn between<N: Num>(beta: N, light: ToLight<N>, [from, to]: [N; 2]) -> N {
+    let there = ToLight { closest: light.closest - from, ..light };
+    (-(beta * from)).exp() * airlight(beta, there, to - from)
+}
+
+/// The same of a lamp that shines into a cone: Sun's where its light is full, and a rule
+/// over the angle at the lamp where it fades.
+#[inline(always)]
+fn of_beam<N: Num>(beta: N, light: ToLight<N>, cone: &Crossed<N>, [from, to]: [N; 2]) -> N {
+    let ends = [light.angle_at(from), light.angle_at(to)];
+    let [full, faint] = cone.full_between(ends);
+    let inner = [light.t_at(full).max(from).min(to), light.t_at(faint).max(from).min(to)];
+    let [begin, end] = [inner[0], inner[1].max(inner[0])];
+    let is_full = full.lt(faint);
+    let mut sum = N::select(is_full, between(beta, light, [begin, end]), beta.lit(0.0));
+    let scale = beta * beta.lit(0.25 * std::f64::consts::FRAC_1_PI) / light.miss;
+    for [angle, weight] in cone.soft(ends) {
+        let t = light.t_at(angle).max(from).min(to);
+        let way = t + light.at(t).distance;
+        sum += scale * weight * (-(beta * way)).exp();
+    }
+    sum
 }
 
 /// w = t + d, without cancellation before the closest point.

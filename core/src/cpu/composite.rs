@@ -31,6 +31,8 @@ pub struct Band<'a> {
     pub fog: &'a [Option<Arc<Share<Fog>>>],
     /// Depths to surfaces, lamp by lamp.
     pub depths: &'a [Option<Arc<Share<Depths>>>],
+    /// The further octaves of its airlight.
+    pub octaves: Vec<Self>,
 }
 
 /// A strip of the layer's picture, `[height][width][channels]`.
@@ -143,13 +145,19 @@ impl Band<'_> {
     /// The light of all lamps in their colours.
     fn airlight(&self, place: usize, batch: usize) -> Rows {
         let mut sum = [[0.0; SIZE]; 3];
+        for octave in [self].into_iter().chain(&self.octaves) {
+            octave.add_airlight(place, batch, &mut sum);
+        }
+        sum
+    }
+
+    fn add_airlight(&self, place: usize, batch: usize, sum: &mut Rows) {
         for (scatter, share) in self.context.scatters.iter().zip(self.fog) {
             let Some(share) = share else { continue };
             let Some(row) = share.run[place][batch].airlight.get(share.slot) else { continue };
             let rgb = scatter.colour.as_vec3();
-            dispatch!(self.context.job.level, simd => add_coloured(simd, row, rgb.into(), &mut sum));
+            dispatch!(self.context.job.level, simd => add_coloured(simd, row, rgb.into(), sum));
         }
-        sum
     }
 }
 

@@ -1,5 +1,6 @@
 //! Optical depth and airlight of a batch of rays.
 
+use super::lit::Lit;
 use super::noise::bend;
 use super::views::{bundle_of_views, near_views};
 use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
@@ -7,10 +8,14 @@ use crate::airlight::{Method, Path, macklin2010, march, reference, sun2005};
 use crate::frame::context::{Context, Lamp, Scatter};
 use crate::geometry::Ray;
 use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
+use crate::light::{Crossed, Source, ToLight};
 use crate::media::gaussians::BlobList;
 use crate::media::{Medium, Purpose};
 use crate::num::{Lanes, Num};
 use fearless_simd::{Simd, dispatch};
+
+/// Parts of a ray of which a closed form is summed up where surfaces hide some of the light.
+const PARTS: usize = 24;
 
 /// What the fog does along a batch, as far as the layer shows it; but for an airlight that
 /// interpolates across the picture, which is formed for several batches at once.
@@ -112,17 +117,72 @@ fn add_closed<S: Simd, const THIN: bool>(
     row: &mut Row,
 ) {
     let one = Lanes::splat(simd, 1.0);
+    let mut lit = lamp.shafts.as_deref().map(Lit::new);
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
-        let direction = load3(simd, &rays.direction, at);
-        let light = lamp.from_camera.beside(load3(simd, &rays.offset, at), direction);
-        let length = Lanes::load(simd, &hits.length[at..]);
-        let value = if THIN {
-            macklin2010::airlight(one.lit(beta), light, length)
-        } else {
-            sun2005::airlight(one.lit(beta), light, length)
+        let (start, direction) = (load3(simd, &rays.offset, at), load3(simd, &rays.direction, at));
+        let light = lamp.from_camera.beside(start, direction);
+        let cone = lamp.from_camera.crossed(start, direction);
+        let ends = [one.lit(0.0), Lanes::load(simd, &hits.length[at..])];
+        if let Some(lit) = &mut lit {
+            lit.see(simd, start, direction, &light, ends[1]);
+        }
+        let value = match lit.as_ref().filter(|lit| lit.is_hidden) {
+            Some(lit) => {
+                let fog = (one.lit(beta), lamp.source);
+                in_parts::<S, THIN>(simd, lit, fog, &light, cone.as_ref(), ends)
+            }
+            None => within::<S, THIN>(one.lit(beta), lamp.source, light, cone.as_ref(), ends),
         };
         value.mul_add(one.lit(factor), Lanes::load(simd, &row[at..])).store(&mut row[at..]);
     }
+}
+
+/// Macklin's closed form if `THIN`, else Sun's, between two ray parameters.
+#[inline(always)]
+fn within<S: Simd, const THIN: bool>(
+    beta: Lanes<S>,
+    source: Source,
+    light: ToLight<Lanes<S>>,
+    cone: Option<&Crossed<Lanes<S>>>,
+    ends: [Lanes<S>; 2],
+) -> Lanes<S> {
+    if THIN {
+        macklin2010::within(beta, light, cone, ends)
+    } else {
+        sun2005::within(beta, source, light, cone, ends)
+    }
+}
+
+/// The same where surfaces hide some of the light: part by part, even in the angle at a lamp or along the ray, each as
+/// far as it is lit.
+#[inline(always)]
+fn in_parts<S: Simd, const THIN: bool>(
+    simd: S,
+    lit: &Lit,
+    (beta, source): (Lanes<S>, Source),
+    light: &ToLight<Lanes<S>>,
+    cone: Option<&Crossed<Lanes<S>>>,
+    [first, last]: [Lanes<S>; 2],
+) -> Lanes<S> {
+    let is_far = source.apex().is_none();
+    let [begin, end] =
+        if is_far { [first, last] } else { [light.angle_at(first), light.angle_at(last)] };
+    let step = (end - begin) * beta.lit(1.0 / PARTS as f64);
+    let (mut from, mut before) = (first, lit.place(simd, light, begin, first));
+    let mut sum = beta.lit(0.0);
+    for part in 1..=PARTS {
+        let angle = step.mul_add(beta.lit(part as f64), begin);
+        let is_last = part == PARTS;
+        let at = if is_far { angle } else { light.t_at(angle) };
+        let to = if is_last { last } else { at.max(from).min(last) };
+        let place = lit.place(simd, light, angle, to);
+        let share = lit.share(simd, before, place);
+        if Lanes::<S>::any(share.lit(0.0).lt(share)) {
+            sum += share * within::<S, THIN>(beta, source, *light, cone, [from, to]);
+        }
+        (from, before) = (to, place);
+    }
+    sum
 }
 
 /// Airlight of all blobs as slabs, each in closed form (Macklin 2010).
@@ -161,15 +221,24 @@ fn add_slabs_of<S: Simd, const PARALLEL: bool>(
     (rays, hits): (&Rays, &Hits),
     row: &mut Row,
 ) {
+    let mut lit = lamp.shafts.as_deref().map(Lit::new);
     for at in (0..rays.count).step_by(Lanes::<S>::COUNT) {
         let direction = load3(simd, &rays.direction, at);
         let offset = load3(simd, &rays.offset, at);
         let light = lamp.from_camera.beside(offset, direction);
+        let cone = lamp.from_camera.crossed(offset, direction);
         let length = Lanes::load(simd, &hits.length[at..]);
+        if let Some(lit) = &mut lit {
+            lit.see(simd, offset, direction, &light, length);
+        }
         let mut sum = Lanes::load(simd, &row[at..]);
         for blob in list.each() {
             let slab = blob.seen::<S, PARALLEL>(simd, offset).slab(direction, length);
-            sum += macklin2010::between(slab.beta, light, slab.ends);
+            let whole = macklin2010::within(slab.beta, light, cone.as_ref(), slab.ends);
+            sum += match lit.as_ref().filter(|lit| lit.is_hidden) {
+                Some(lit) => whole * lit.between(simd, &light, slab.ends),
+                None => whole,
+            };
         }
         sum.store(&mut row[at..]);
     }
@@ -185,17 +254,18 @@ fn add_blobs(
     let light = |i: &usize| {
         let lamp = context.scatters[*i].lamp;
         let (lamp, lit) = (&context.lamps[lamp], &context.lit_blobs[lamp]);
-        let position = lamp.from_camera.place();
+        let source = lamp.from_camera;
+        let distance = source.place().length() as f32;
         let (blobs, exponents) = (&lit.blobs, &lit.exponents);
-        LightRow { distance: position.length() as f32, blobs, position, exponents }
+        LightRow { source, reach: lamp.shafts.as_deref().map(Lit::new), distance, blobs, exponents }
     };
-    let lights: Vec<_> = asked.iter().map(light).collect();
+    let mut lights: Vec<_> = asked.iter().map(light).collect();
     let (length, parallel) = (&hits.length, context.viewpoint.parallel);
     list.in_parts(context.job.progress, |list| {
         dispatch!(context.job.level, simd => if parallel {
-            add_airlight::<_, true>(simd, list, &lights, rays, length, fogged);
+            add_airlight::<_, _, true>(simd, list, &mut lights, rays, length, fogged);
         } else {
-            add_airlight::<_, false>(simd, list, &lights, rays, length, fogged);
+            add_airlight::<_, _, false>(simd, list, &mut lights, rays, length, fogged);
         });
     });
 }
@@ -218,8 +288,10 @@ fn add_ray_by_ray(
         let length = f64::from(hits.length[at]);
         for (i, row) in asked.iter().zip(airlight.iter_mut()) {
             let Scatter { lamp, group, phase, .. } = context.scatters[*i];
-            let light = context.lamps[lamp].source;
-            let path = Path::new(context.field, group, light, ray, length).of(context.job.progress);
+            let lamp = &context.lamps[lamp];
+            let shadows = context.shadows(lamp, &ray, length);
+            let path = Path::new(context.field, group, lamp.source, ray, length).shaded(&shadows);
+            let path = path.of(context.job.progress);
             row[at] += match context.method {
                 Method::March(steps) => march::airlight_along(&path, phase, steps),
                 _ => reference::airlight_along(&path, phase),

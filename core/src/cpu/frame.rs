@@ -7,17 +7,17 @@ use super::noise::bend;
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
 use super::tiles::{Strip, by_blocks, tiles};
 use super::traced::Traced;
-use super::{fog, mapped, shade, upsample};
+use super::{fog, mapped, shade, shadow, upsample};
 use crate::frame::cache::Cache;
 use crate::frame::context::Context;
-use crate::frame::lights::{fill_tables, light_sides};
+use crate::frame::lights::{cast, fill_tables, light_sides};
 use crate::frame::samples::CENTER;
 use crate::frame::{Frame, Lap};
 use crate::geometry::batch::{Ends, Fogged, Row, TILE};
 use crate::kept::{Kept, Same};
 use crate::progress::{Interrupted, Progress};
-use crate::request::View;
-use crate::scene::CheckedScene;
+use crate::request::{Layer, View};
+use crate::scene::{CheckedScene, Octave};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -34,12 +34,26 @@ pub fn render(
 ) -> Result<Frame, Interrupted> {
     let mut clock = Clock::start(progress);
     let geometry = cache.geometry(scene, progress)?;
-    let bands = cache.seen_bands(scene, view, progress)?;
+    let is_lit = matches!(view.layer, Layer::Beauty | Layer::Airlight);
+    let octaves = scene.fog.octaves().into_iter().filter(|own| is_lit || *own == Octave::FIRST);
+    let bands = octaves.map(|octave| {
+        let bands = cache.seen_bands(scene, octave, view, progress)?;
+        Ok((octave, bands))
+    });
+    let octaves = bands.collect::<Result<Vec<_>, Interrupted>>()?;
     clock.lap("prepare", true)?;
-    let is_band = bands.each().len() > 1;
-    let context =
-        |field| Context { is_band, ..Context::new(scene, &geometry, field, view, progress) };
-    let mut contexts: Vec<_> = bands.each().iter().map(context).collect();
+    let bands = octaves[0].1.each().len();
+    let context = |(octave, band): (usize, usize)| {
+        let (octave, bands) = &octaves[octave];
+        let field = (&bands.each()[band], *octave);
+        Context {
+            is_band: bands.each().len() > 1,
+            ..Context::new(scene, &geometry, field, view, progress)
+        }
+    };
+    // Band by band, the octaves of each behind it.
+    let all = (0..bands).flat_map(|band| (0..octaves.len()).map(move |octave| (octave, band)));
+    let mut contexts: Vec<_> = all.map(context).collect();
     let grid = contexts[0].grid;
 
     let tracing = Tracing {
@@ -67,8 +81,18 @@ pub fn render(
         fills |= fill_tables(context, cache)?;
     }
     clock.lap("light_depth", fills)?;
+    // All bands and octaves see the same shadows.
+    let casts = cast(&mut contexts[0], cache)?;
+    let shafts: Vec<_> = contexts[0].lamps.iter().map(|lamp| lamp.shafts.clone()).collect();
+    for context in &mut contexts {
+        let lamps = context.lamps.iter_mut().zip(&shafts);
+        lamps.for_each(|(lamp, shafts)| lamp.shafts.clone_from(shafts));
+    }
+    if contexts.iter().flat_map(|context| &context.lamps).any(|lamp| lamp.shafts.is_some()) {
+        clock.lap("shadows", casts)?;
+    }
 
-    let channels = view.layer.channels(contexts.len());
+    let channels = view.layer.channels(bands);
     let pixels = strips(&mut contexts, cache, kept, &traced, channels, &mut clock)?;
 
     let (layer, camera, backend) = (view.layer, scene.camera.clone(), "cpu");
@@ -107,13 +131,26 @@ fn strips(
             context: lit.context,
             fog: &fogs.shares,
             depths: &shades.shares,
+            octaves: Vec::new(),
         });
-        let made = Made { traced, strip, bands: bands.collect() };
+        let made = Made { traced, strip, bands: with_octaves(bands) };
         pictures.push(composite::picture(&made, channels));
         clock.lap("composite", true)?;
     }
     // Most pictures are one strip.
     Ok(if pictures.len() > 1 { pictures.concat() } else { pictures.pop().unwrap_or_default() })
+}
+
+/// The bands, each with the octaves that come behind it.
+fn with_octaves<'a>(all: impl Iterator<Item = composite::Band<'a>>) -> Vec<composite::Band<'a>> {
+    let mut bands: Vec<composite::Band> = Vec::new();
+    for own in all {
+        match bands.last_mut().filter(|_| own.context.octave != Octave::FIRST) {
+            Some(band) => band.octaves.push(own),
+            None => bands.push(own),
+        }
+    }
+    bands
 }
 
 /// What fog and surfaces make of the light of all lamps.
@@ -192,7 +229,7 @@ impl Lamps<Fogging, Fog> {
         // Who asks for an estimator by name measures it.
         let keeps = context.view.estimator.is_none();
         let mut lamps = Self::find(keys, is_alone, |key| passes.fog.find(key).filter(|_| keeps));
-        if context.interpolates() && lamps.is_wanting() {
+        if context.has_grid() && lamps.is_wanting() {
             // They share a grid.
             lamps.missing = (0..scatters).collect();
         }
@@ -244,13 +281,21 @@ fn light_depths(
 ) -> Result<(Depths, usize), Interrupted> {
     let depths = tiles(context, strip.tiles.clone(), &Vec::new(), |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
-        let of_batch = |(at, ends): (usize, Ends)| match low {
-            Some(low) if at == 0 => low.light_depths(context, lamps, index, ends),
-            _ => {
-                let Ends { rays, hits } = ends;
-                let depth = |i: &usize| shade::light_depth(context, &context.lamps[*i], rays, hits);
-                lamps.iter().map(depth).collect::<Vec<_>>()
+        let of_batch = |(at, ends): (usize, Ends)| {
+            let Ends { rays, hits } = ends;
+            let mut depths = match low {
+                Some(low) if at == 0 => low.light_depths(context, lamps, index, ends),
+                _ => {
+                    let depth =
+                        |i: &usize| shade::light_depth(context, &context.lamps[*i], rays, hits);
+                    lamps.iter().map(depth).collect::<Vec<_>>()
+                }
+            };
+            let tile = (context.softens() && at == 0).then(|| context.grid.tile(index));
+            for (i, depth) in lamps.iter().zip(&mut depths) {
+                shadow::add(context, &context.lamps[*i], (rays, hits), tile, depth);
             }
+            depths
         };
         traced.batches(index, &rays).enumerate().map(of_batch).collect::<Vec<_>>()
     })?;
@@ -268,8 +313,8 @@ fn fog(
 ) -> Result<(Fog, usize), Interrupted> {
     context.job.progress.start(strip.tiles.len(), 1.0);
     // What is interpolated across the picture serves all tiles of a block; patches of numbers are smaller.
-    let across = if context.interpolates() { grid::BLOCK / TILE } else { 2 };
-    let grid = context.interpolates().then(|| Grid::new(context, asked));
+    let across = if context.has_grid() { grid::BLOCK / TILE } else { 2 };
+    let grid = context.has_grid().then(|| Grid::new(context, asked));
     let corners = context.is_per_vertex().then(|| AtCorners::new(context, traced, strip));
     let corners = corners.transpose()?;
     let formed = Formed { context, traced, low, grid, corners, asked };
@@ -320,8 +365,13 @@ impl Formed<'_, '_> {
             }
         }
         if context.is_mapped() {
+            let corner = context.grid.tile(block[0]);
             match &self.grid {
-                Some(grid) => grid.light(context.grid.tile(block[0]), &batches, &mut fogged),
+                Some(grid) if context.interpolates() => grid.light(corner, &batches, &mut fogged),
+                Some(grid) => {
+                    mapped::add(context, asked, &batches, &mut fogged);
+                    grid.take_shares(corner, &batches, &mut fogged);
+                }
                 None => mapped::add(context, asked, &batches, &mut fogged),
             }
             if let Some(noise) = &context.noise {

@@ -6,11 +6,13 @@ mod edges;
 mod fog;
 mod frame;
 mod grid;
+mod lit;
 mod mapped;
 mod noise;
 mod passes;
 mod places;
 mod shade;
+mod shadow;
 mod tiles;
 mod trace;
 mod traced;
@@ -54,12 +56,16 @@ impl Cpu {
     ) -> Result<Vec<RayAnswer>, Interrupted> {
         const RAYS_A_JOB: usize = 64;
         let geometry = self.cache.geometry(scene, progress)?;
-        let bands = self.cache.bands(scene, progress)?;
-        let bands = bands.each().iter().map(|field| {
-            let from_light = |source: Source| self.cache.exact_to_light(field, source, progress);
-            Band::new(scene, field, from_light)
+        let octaves = scene.fog.octaves().into_iter().map(|octave| {
+            let bands = self.cache.bands_of(scene, octave, progress)?;
+            let bands = bands.each().iter().map(|field| {
+                let from_light =
+                    |source: Source| self.cache.exact_to_light(field, source, progress);
+                Band::new(scene, octave, field, from_light)
+            });
+            bands.collect::<Result<Vec<_>, _>>()
         });
-        let bands = bands.collect::<Result<Vec<_>, _>>()?;
+        let bands = octaves.collect::<Result<Vec<_>, Interrupted>>()?;
         progress.start(rays.len(), 1.0);
         let jobs = rays.par_chunks(RAYS_A_JOB).map(|rays| {
             let mut prober = Prober::new(scene, &geometry, &bands, progress);

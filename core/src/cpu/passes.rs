@@ -66,6 +66,8 @@ pub struct Shading {
     /// Pixels over which it is carried from one to the next.
     step: usize,
     is_clear: bool,
+    /// Whether the rims of shadows are looked at again.
+    is_fine: bool,
     lamp: Light,
 }
 
@@ -73,13 +75,15 @@ pub struct Shading {
 #[derive(Clone, Debug, PartialEq)]
 struct Light {
     source: Source,
+    /// Whether surfaces hide it: which ones do follows from the rays.
+    is_shaded: bool,
     table: Option<Same<Option<LightTable>>>,
 }
 
 impl Light {
     fn new(lamp: &Lamp) -> Self {
         let table = lamp.table.is_some().then(|| Same::new(&lamp.table));
-        Self { source: lamp.source, table }
+        Self { source: lamp.source, is_shaded: lamp.is_shaded, table }
     }
 }
 
@@ -89,7 +93,7 @@ impl Fogging {
         let sources = context.lamps.iter().map(|lamp| lamp.source);
         let of = |i: usize| &context.scatters[i];
         let light = |i: usize| Light::new(&context.lamps[of(i).lamp]);
-        let together = if context.interpolates() { context.lamps.as_slice() } else { &[] };
+        let together = if context.has_grid() { context.lamps.as_slice() } else { &[] };
         Self {
             traced: Same::new(traced),
             field: Same::new(context.field),
@@ -116,7 +120,8 @@ impl Shading {
         light.table = light.table.filter(|_| context.looks_up_lights());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
         let step = if context.is_low() { context.step() } else { 1 };
-        Self { traced, field, step, is_clear: context.is_clear, lamp: light }
+        let (is_clear, is_fine) = (context.is_clear, context.softens());
+        Self { traced, field, step, is_clear, is_fine, lamp: light }
     }
 }
 

@@ -57,7 +57,7 @@ fn add_tabled<S: Simd>(simd: S, table: &LightTable, ways: &Ways, depth: &mut Row
 
 /// Where rays end, from the camera [m].
 #[inline(always)]
-fn ends<S: Simd>(simd: S, rays: &Rays, hits: &Hits) -> Rows {
+pub fn ends<S: Simd>(simd: S, rays: &Rays, hits: &Hits) -> Rows {
     let mut points = [[0.0; SIZE]; 3];
     for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
         let length = Lanes::load(simd, &hits.length[at..]);

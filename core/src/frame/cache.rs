@@ -2,14 +2,18 @@
 //! is found by all that it depends on: surfaces and fog by value, once a frame, and what is made from
 //! them by their address.
 
+use super::context::{Context, Lamp};
 use super::light_table::{Fineness, LightTable};
-use crate::airlight::fogshop2007::{CenterDepths, Eye};
+use super::shafts::{self, Shafts};
+use super::viewpoint::Grid;
+use crate::airlight::fogshop2007::{CenterDepths, outlook};
+use crate::geometry::Origin;
 use crate::kept::{Kept, Most, Same};
 use crate::light::Source;
 use crate::media::{Bands, Field, Moment, Term};
 use crate::progress::{Interrupted, Progress};
 use crate::request::View;
-use crate::scene::{Blob, CheckedScene, Shape, Surface, Vec3};
+use crate::scene::{Blob, Camera, CheckedScene, Octave, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
 use glam::DVec3;
 use std::sync::Arc;
@@ -17,12 +21,15 @@ use std::sync::Arc;
 /// Geometries, and fields: those of a few scenes that clients go to and fro between.
 const SCENES: Most = Most { entries: 8, bytes: 256 << 20 };
 
-/// Moments of each of their fogs.
-const MOMENTS: Most = Most { entries: 4, bytes: SCENES.bytes / SCENES.entries };
+/// Moments of each of their fogs, and octaves of their light.
+const MOMENTS: Most = Most { entries: 12, bytes: SCENES.bytes / SCENES.entries };
 
 /// Depths and tables around lights, each: those of a few scenes with the most lights. A dragged lamp
 /// leaves some behind at every place.
 const AROUND_LIGHTS: Most = Most { entries: 256, bytes: 128 << 20 };
+
+/// What hides lamps from a picture or two with the most lights.
+const SHAFTS: Most = Most { entries: 96, bytes: 128 << 20 };
 
 /// A fog, and where light comes from in it.
 type Lit = (Same<Field>, Source);
@@ -36,6 +43,17 @@ pub struct Cache {
     to_light: Kept<Lit, Vec<f64>>,
     exact_to_light: Kept<Lit, CenterDepths>,
     tables: Kept<(Lit, Fineness), Option<LightTable>>,
+    shafts: Kept<Shaded, Shafts>,
+}
+
+/// What hides a lamp from a picture: surfaces, where it is, the camera and the picture.
+#[derive(Clone, Debug, PartialEq)]
+struct Shaded {
+    geometry: Same<Geometry>,
+    light: Origin,
+    camera: Camera,
+    grid: Grid,
+    fineness: shafts::Fineness,
 }
 
 impl Default for Cache {
@@ -51,6 +69,7 @@ impl Default for Cache {
             tables: Kept::new(AROUND_LIGHTS, |_, table| {
                 table.as_ref().map_or(0, LightTable::bytes)
             }),
+            shafts: Kept::new(SHAFTS, |_, shafts| shafts.bytes()),
         }
     }
 }
@@ -78,23 +97,38 @@ impl Cache {
         scene: &CheckedScene,
         progress: &Progress,
     ) -> Result<Arc<Bands>, Interrupted> {
-        let (terms, moment) = (&scene.fog.terms, scene.fog.moment(scene.time_s));
+        self.bands_of(scene, Octave::FIRST, progress)
+    }
+
+    /// The same of an octave of its light.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when `progress` says so.
+    pub fn bands_of(
+        &self,
+        scene: &CheckedScene,
+        octave: Octave,
+        progress: &Progress,
+    ) -> Result<Arc<Bands>, Interrupted> {
+        let terms = &scene.fog.terms;
+        let moment = Moment { density: octave.density, ..scene.fog.moment(scene.time_s) };
         let moments = || Ok::<_, Interrupted>(Kept::new(MOMENTS, |_, bands: &Bands| bands.bytes()));
         let moments = self.bands.get(terms.as_slice(), progress, moments)?;
         moments.get(&moment, progress, || Ok(Bands::new(terms, &moment)))
     }
 
-    /// The same as a view may see it: with fewer blobs far away, if it may be off by as much.
+    /// The same as a view may see it, of an octave: with fewer blobs far away, if it may be off by as much.
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
     pub fn seen_bands(
         &self,
         scene: &CheckedScene,
+        octave: Octave,
         view: &View,
         progress: &Progress,
     ) -> Result<Arc<Bands>, Interrupted> {
-        let bands = self.bands(scene, progress)?;
+        let bands = self.bands_of(scene, octave, progress)?;
         let (eye, error) = (scene.camera.position.vector(), view.options.lod_error);
         if error == 0.0 {
             return Ok(bands);
@@ -127,7 +161,7 @@ impl Cache {
         light: Source,
         progress: &Progress,
     ) -> Result<Arc<CenterDepths>, Interrupted> {
-        let make = || Ok(CenterDepths::new(field, Eye::Point(light.place())));
+        let make = || Ok(CenterDepths::new(field, outlook(field, light)));
         self.exact_to_light.get(&(Same::new(field), light), progress, make)
     }
 
@@ -150,6 +184,29 @@ impl Cache {
             let known = self.tables.newest(like);
             make(known.as_ref().and_then(|table| table.as_ref().as_ref()))
         })
+    }
+}
+
+impl Cache {
+    /// What surfaces hide of a lamp from a picture.
+    ///
+    /// # Errors
+    /// [`Interrupted`] when the job's progress says so.
+    pub fn shafts(
+        &self,
+        context: &Context,
+        lamp: &Lamp,
+        fineness: shafts::Fineness,
+        make: impl FnOnce() -> Result<Shafts, Interrupted>,
+    ) -> Result<Arc<Shafts>, Interrupted> {
+        let key = Shaded {
+            geometry: Same::new(context.geometry),
+            light: lamp.source.origin(),
+            camera: context.camera.clone(),
+            grid: context.grid,
+            fineness,
+        };
+        self.shafts.get(&key, context.job.progress, make)
     }
 }
 

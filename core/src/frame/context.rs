@@ -1,10 +1,12 @@
 //! What every pass of a frame reads, on either backend.
 
 use super::light_table::LightTable;
+use super::shafts::Shafts;
 use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
 use crate::airlight::mapped::OPAQUE;
+use crate::geometry::Ray;
 use crate::geometry::batch::TILE;
 use crate::light::Source;
 use crate::media::noise::Bend;
@@ -12,7 +14,7 @@ use crate::media::{Field, Purpose, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
-use crate::scene::{CheckedScene, Material, SurfaceLighting};
+use crate::scene::{Camera, CheckedScene, Material, Octave, SurfaceLighting};
 use crate::shapes::Geometry;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -28,6 +30,12 @@ pub struct Lamp {
     pub from_camera: Source,
     /// Colour and strength.
     pub strength: DVec3,
+    /// Whether some surface may hide it from what is seen.
+    pub is_shaded: bool,
+    /// Whether a plane hides it from all of the fog before the eye.
+    pub is_cut_off: bool,
+    /// What surfaces hide of it from view rays, where airlight asks for that.
+    pub shafts: Option<Arc<Shafts>>,
     /// For the mapped airlight, where many blobs shade the light.
     pub table: Arc<Option<LightTable>>,
 }
@@ -36,6 +44,11 @@ impl Lamp {
     /// Where it appears in the picture [px], if it stands somewhere in front of the camera.
     pub fn image(&self, viewpoint: &Viewpoint) -> Option<DVec2> {
         viewpoint.project(self.from_camera.apex()?)
+    }
+
+    /// Whether it lights parts of rays only.
+    pub fn is_parted(&self) -> bool {
+        self.is_shaded || self.source.beam().is_some()
     }
 }
 
@@ -57,12 +70,14 @@ pub struct Context<'a> {
     /// What it is made with.
     pub job: Job<'a>,
     /// Surfaces.
-    pub geometry: &'a Geometry,
+    pub geometry: &'a Arc<Geometry>,
     /// Whether it is one of several.
     pub is_band: bool,
     /// Extinction in this band.
     pub field: &'a Arc<Field>,
-    /// The camera.
+    /// The camera as the scene has it.
+    pub camera: &'a Camera,
+    /// The camera as rays.
     pub viewpoint: Viewpoint,
     /// The picture.
     pub grid: Grid,
@@ -84,6 +99,8 @@ pub struct Context<'a> {
     pub background: [f32; 10],
     /// Radiance of the veil.
     pub ambient: [f32; 3],
+    /// The octave of light whose airlight it is; all but the first show nothing else.
+    pub octave: Octave,
     /// What bends view rays before blobs, if anything does.
     pub noise: Option<Bend>,
     /// What is asked for.
@@ -93,9 +110,9 @@ pub struct Context<'a> {
 impl<'a> Context<'a> {
     /// What a frame of a scene is made from, before any pass.
     pub fn new(
-        scene: &CheckedScene,
-        geometry: &'a Geometry,
-        field: &'a Arc<Field>,
+        scene: &'a CheckedScene,
+        geometry: &'a Arc<Geometry>,
+        (field, octave): (&'a Arc<Field>, Octave),
         view: &View,
         progress: &'a Progress,
     ) -> Self {
@@ -104,9 +121,24 @@ impl<'a> Context<'a> {
         let lamps = scene.lights().map(|(_, light)| {
             let (source, strength) = (scene.source(light), light.strength());
             let from_camera = source.seen_from(viewpoint.position);
-            Lamp { source, from_camera, strength, table: Arc::default() }
+            let eye = (!viewpoint.parallel).then_some(viewpoint.position);
+            let is_shaded = light.shadows() && geometry.may_hide(source.origin(), eye);
+            let is_cut_off =
+                light.shadows() && eye.is_some_and(|eye| geometry.cuts_off(source.origin(), eye));
+            Lamp {
+                source,
+                from_camera,
+                strength,
+                is_shaded,
+                is_cut_off,
+                shafts: None,
+                table: Arc::default(),
+            }
         });
-        let (lamps, scatterings) = (lamps.collect::<Vec<_>>(), scene.fog.scatterings());
+        let lamps = lamps.collect::<Vec<_>>();
+        let scatterings = scene.fog.scatterings();
+        let scatterings: Vec<_> = scatterings.iter().map(|own| own.in_octave(octave)).collect();
+        let layer = if octave == Octave::FIRST { view.layer } else { Layer::Airlight };
         let asked = view.estimator.unwrap_or(scene.fog.airlight.into());
         let [r, g, b] = scene.background.0.map(|v| v as f32);
         Self {
@@ -114,11 +146,12 @@ impl<'a> Context<'a> {
             geometry,
             is_band: false,
             field,
+            camera: &scene.camera,
             viewpoint,
             grid,
             far_m: scene.far_m as f32,
             scatters: scatters(&lamps, &scatterings),
-            method: scene.matched(asked, field),
+            method: method(scene, asked, field, &lamps),
             lamps,
             is_clear: scene.fog.surface_lighting == SurfaceLighting::Clear,
             lit_blobs: Vec::new(),
@@ -126,8 +159,22 @@ impl<'a> Context<'a> {
             background: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b, 1.0],
             ambient: scene.fog.ambient.0.map(|v| v as f32),
             noise: Bend::new(&scene.fog.noise, scene.time_s).filter(|_| field.lumps() > 0),
-            view: *view,
+            octave,
+            view: View { layer, ..*view },
         }
+    }
+
+    /// The parts of a ray that a lamp does not reach, ascending [m].
+    pub fn shadows(&self, lamp: &Lamp, ray: &Ray, length: f64) -> Vec<[f64; 2]> {
+        if !lamp.is_shaded {
+            return Vec::new();
+        }
+        self.geometry.shadows(lamp.source.origin(), ray, length)
+    }
+
+    /// Whether pixels at the rims of shadows are looked at again.
+    pub fn softens(&self) -> bool {
+        self.view.for_screen && self.view.quality == Quality::Full
     }
 
     /// Whether the layer shows light that the fog scatters.
@@ -171,11 +218,27 @@ impl<'a> Context<'a> {
         self.view.for_screen || self.view.quality == Quality::Draft
     }
 
+    /// The lamp of what is scattered, by its place.
+    pub fn lamp_of(&self, scatter: usize) -> &Lamp {
+        &self.lamps[self.scatters[scatter].lamp]
+    }
+
     /// Whether the mapped airlight stands on a grid of rays, from which the lumps' optical depths are taken, too:
     /// for the eye, and where fog changes too fast for rules of nodes.
     pub fn interpolates(&self) -> bool {
         let on_grid = self.is_for_the_eye() || self.field.is_rippled();
         on_grid && self.is_mapped() && !self.scatters.is_empty()
+    }
+
+    /// Whether a grid of rays tells only which share of a lamp's airlight is left by cones and shadows: for numbers.
+    pub fn takes_shares(&self) -> bool {
+        let is_parted = self.lamps.iter().any(Lamp::is_parted);
+        is_parted && !self.interpolates() && self.is_mapped() && !self.scatters.is_empty()
+    }
+
+    /// Whether there is a grid of rays at all, which all lamps share.
+    pub fn has_grid(&self) -> bool {
+        self.interpolates() || self.takes_shares()
     }
 
     /// Whether surfaces look T from lamps up in the lamps' tables.
@@ -210,6 +273,13 @@ impl<'a> Context<'a> {
     }
 }
 
+/// What computes airlight. A closed form stands for `auto` only where all of a ray is lit.
+fn method(scene: &CheckedScene, asked: Method, field: &Field, lamps: &[Lamp]) -> Method {
+    let matched = scene.matched(asked, field);
+    let is_shaded = lamps.iter().any(|lamp| lamp.is_shaded);
+    if asked == Method::Auto && matched == Method::Sun2005 && is_shaded { asked } else { matched }
+}
+
 /// Every lamp with every group; what scatters nothing is left out.
 fn scatters(lamps: &[Lamp], scatterings: &[Scattering]) -> Vec<Scatter> {
     let groups = || scatterings.iter().enumerate().filter(|(_, own)| own.albedo != DVec3::ZERO);
@@ -219,10 +289,12 @@ fn scatters(lamps: &[Lamp], scatterings: &[Scattering]) -> Vec<Scatter> {
             lamp,
             group,
             phase: own.phase,
-            colour: strength * own.albedo,
+            // A number in f32, however bright and thin.
+            colour: (strength * own.albedo).min(DVec3::splat(1e38)),
         })
     };
-    lamps.iter().enumerate().flat_map(of_lamp).collect()
+    let lamps = lamps.iter().enumerate().filter(|(_, lamp)| !lamp.is_cut_off);
+    lamps.flat_map(of_lamp).collect()
 }
 
 fn numbers(material: &Material) -> [f32; 10] {

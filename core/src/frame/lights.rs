@@ -3,6 +3,7 @@
 use super::cache::Cache;
 use super::context::{Context, Lamp};
 use super::light_table::{self, Fineness, LightTable};
+use super::shafts::{self, Shafts};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::{self, LightSide, LitBlobs};
 use crate::progress::Interrupted;
@@ -18,13 +19,44 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
     let (field, job, eye) = (context.field, &context.job, context.viewpoint.eye());
     let to_eye = fogshop2007::depths(job, field, |center| eye.facing(center))?;
     let side = |lamp: &Lamp| {
-        let make = || fogshop2007::depths(job, field, |_| lamp.source.place());
+        let outlook = fogshop2007::outlook(field, lamp.source);
+        let make = || fogshop2007::depths(job, field, |center| outlook.facing(center));
         let to_light = cache.to_light(field, lamp.source, job.progress, make)?;
         job.progress.check()?;
         let side = LightSide::new(field, eye, lamp.source, &to_eye, &to_light);
         Ok(LitBlobs::new(field, lamp.source, side))
     };
     context.lamps.iter().map(side).collect()
+}
+
+/// For airlight: what surfaces hide of the lamps.
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn cast(context: &mut Context, cache: &Cache) -> Result<bool, Interrupted> {
+    let is_exact = matches!(context.method, Method::Reference | Method::March(_));
+    if !context.is_lit() || context.scatters.is_empty() || is_exact {
+        return Ok(false);
+    }
+    let shaded = context.lamps.iter().filter(|lamp| lamp.is_shaded).count();
+    let fineness = shafts::Fineness::of(&context.view, shaded);
+    let mut makes = false;
+    let mut of_lamp = |lamp: &Lamp| {
+        if !lamp.is_shaded || lamp.is_cut_off {
+            return Ok(None);
+        }
+        let make = || {
+            makes = true;
+            let Context { job, geometry, viewpoint, .. } = &*context;
+            Shafts::new(job, geometry, lamp.source.origin(), viewpoint, fineness)
+        };
+        cache.shafts(context, lamp, fineness, make).map(Some)
+    };
+    let shafts = context.lamps.iter().map(&mut of_lamp).collect::<Result<Vec<_>, Interrupted>>()?;
+    for (lamp, shafts) in context.lamps.iter_mut().zip(shafts) {
+        lamp.shafts = shafts;
+    }
+    Ok(makes)
 }
 
 /// For the mapped airlight: what lies between the lights and everything else, to draw straight lines through for

@@ -6,6 +6,7 @@ pub mod context;
 pub mod light_table;
 pub mod lights;
 pub mod samples;
+pub mod shafts;
 pub mod tolerance;
 pub mod viewpoint;
 

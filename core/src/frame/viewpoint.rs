@@ -50,6 +50,12 @@ impl Viewpoint {
         self.size
     }
 
+    /// How wide a pixel is, diagonally: as a share of its distance under perspective, else of the picture's own size.
+    pub fn pixel(&self) -> f64 {
+        let wide = 2.0 * (self.right.length() / self.size.x + self.up.length() / self.size.y);
+        if self.parallel { 0.1 } else { wide }
+    }
+
     /// Where rays start, for the published airlight.
     pub fn eye(&self) -> Eye {
         if self.parallel {

@@ -7,6 +7,7 @@ pub mod cone;
 pub mod control;
 pub mod hierarchy;
 mod origin;
+pub mod parts;
 pub mod ray;
 
 pub use origin::{Beyond, Origin};

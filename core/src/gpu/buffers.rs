@@ -1,6 +1,7 @@
 //! What a frame's passes read, brought to the device: the scene's lists relative to the camera, and
 //! its triangles. All are kept while what they are made from stays the same.
 
+use super::casters::{Casters, Rows};
 use super::compose::NUMBERS_BINDING;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{
@@ -13,6 +14,7 @@ use crate::frame::context::Context;
 use crate::frame::light_table::LightTable;
 use crate::frame::lights::light_sides;
 use crate::frame::samples;
+use crate::frame::shafts::Shafts;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::{Beyond, Origin};
@@ -149,6 +151,9 @@ type Seen = (Same<Field>, DVec3);
 /// Lists of pictures that clients go to and fro between. Each is counted among the device's bytes.
 const LISTS: Most = Most { entries: 8, bytes: usize::MAX };
 
+/// Rows of what hides lamps: a moved camera has others.
+const ROWS: Most = Most { entries: 2, bytes: usize::MAX };
+
 /// What a device keeps from frame to frame, by what it is made from: while the camera rests nothing but
 /// the lamps' colours is uploaded, and under a moving one what does not depend on it stays.
 #[derive(Debug)]
@@ -160,6 +165,8 @@ pub struct KeptLists {
     lit: Kept<(Same<Field>, Eye, Vec<Source>), Lit>,
     tables: Kept<Vec<Same<Option<LightTable>>>, Tables>,
     phases: Kept<Vec<PhaseFunction>, Buffer>,
+    casters: Kept<Same<Geometry>, Casters>,
+    rows: Kept<Vec<Option<Same<Shafts>>>, Rows>,
 }
 
 impl Default for KeptLists {
@@ -172,6 +179,8 @@ impl Default for KeptLists {
             lit: Kept::new(LISTS, |_, _| 0),
             tables: Kept::new(LISTS, |_, _| 0),
             phases: Kept::new(LISTS, |_, _| 0),
+            casters: Kept::new(LISTS, |_, _| 0),
+            rows: Kept::new(ROWS, |_, _| 0),
         }
     }
 }
@@ -186,6 +195,8 @@ impl KeptLists {
         self.lit.clear();
         self.tables.clear();
         self.phases.clear();
+        self.casters.clear();
+        self.rows.clear();
     }
 }
 
@@ -212,6 +223,10 @@ pub struct Lists {
     pub noise: Option<Noise>,
     /// What the grid reads, in pictures that it serves.
     pub on_grid: Option<OnGrid>,
+    /// What surfaces hide of the lamps from view rays, if anything.
+    pub rows: Option<Arc<Rows>>,
+    /// What throws shadows on surfaces, if anything does, and how much of it there is.
+    pub casters: Option<(Arc<Casters>, Buffer)>,
 }
 
 /// What bends view rays before blobs.
@@ -244,6 +259,8 @@ pub struct OnGrid {
     pub tables: Arc<Tables>,
     /// The phase functions of all groups, tabulated.
     pub phases: Arc<Buffer>,
+    /// What surfaces hide of the lamps.
+    pub rows: Arc<Rows>,
     /// How fine it is.
     pub fineness: Fineness,
 }
@@ -257,6 +274,7 @@ impl OnGrid {
         Ok(Self {
             tables: kept.tables.get(&lamps, progress, || Tables::new(device, context))?,
             phases: kept.phases.get(&phases, progress, tabulated)?,
+            rows: of_lamps(device, kept, context)?,
             fineness: Fineness::of(&context.view, context.field),
         })
     }
@@ -304,6 +322,8 @@ impl Lists {
                 .get(&of_scene, progress, || list(layout::list(materials(context))))?,
             noise: noise.transpose()?,
             on_grid: context.interpolates().then(on_grid).transpose()?,
+            rows: rows(device, kept, context)?,
+            casters: casters(device, kept, context)?,
         })
     }
 
@@ -318,6 +338,40 @@ impl Lists {
     pub fn lit(&self) -> &Buffer {
         &self.lit.list
     }
+}
+
+/// The rows of all lamps.
+fn of_lamps(device: &Device, kept: &KeptLists, context: &Context) -> Result<Arc<Rows>, Failure> {
+    let shafts = context.lamps.iter().map(|lamp| lamp.shafts.as_ref().map(Same::new));
+    let shafts: Vec<_> = shafts.collect();
+    kept.rows.get(&shafts, context.job.progress, || Rows::new(device, context))
+}
+
+/// The same where some lamp has any.
+fn rows(
+    device: &Device,
+    kept: &KeptLists,
+    context: &Context,
+) -> Result<Option<Arc<Rows>>, Failure> {
+    let has_any = context.lamps.iter().any(|lamp| lamp.shafts.is_some());
+    has_any.then(|| of_lamps(device, kept, context)).transpose()
+}
+
+/// What throws shadows on surfaces that are shown.
+fn casters(
+    device: &Device,
+    kept: &KeptLists,
+    context: &Context,
+) -> Result<Option<(Arc<Casters>, Buffer)>, Failure> {
+    let is_shaded = context.lamps.iter().any(|lamp| lamp.is_shaded);
+    if !is_shaded || !context.shows_surfaces() {
+        return Ok(None);
+    }
+    let key = Same::new(context.geometry);
+    let make = || Casters::new(device, context.geometry);
+    let casters = kept.casters.get(&key, context.job.progress, make)?;
+    let counts = casters.counts(device, context)?;
+    Ok(Some((casters, counts)))
 }
 
 /// For the published airlight; empty for all others.
@@ -410,17 +464,25 @@ fn shapes(geometry: &Geometry, position: DVec3) -> Vec<Shape> {
 fn lamps(context: &Context) -> Vec<Lamp> {
     let lamp = |lamp: &crate::frame::context::Lamp| {
         let strength = lamp.strength.as_vec3();
+        let is_shaded = u32::from(lamp.is_shaded);
+        let everywhere = Lamp { strength, is_shaded, ..Lamp::default() };
+        let cone = lamp.source.beam().map_or(everywhere, |beam| Lamp {
+            axis: beam.axis.as_vec3(),
+            inner: beam.inner as f32,
+            outer: beam.outer as f32,
+            ..everywhere
+        });
         match lamp.from_camera.origin() {
             Origin::At(apex) => {
                 let (position, distance_m) = (apex.as_vec3(), apex.length() as f32);
-                Lamp { position, distance_m, strength, path_m: 0.0, toward: Vec3::ZERO }
+                Lamp { position, distance_m, ..cone }
             }
             Origin::Beyond(Beyond { toward, path_m }) => {
                 let table = lamp.table.as_ref().as_ref().map(LightTable::apex);
                 let position = table.map_or(DVec3::ZERO, |apex| apex - context.viewpoint.position);
                 let (toward, path_m) = (toward.as_vec3(), path_m as f32);
                 let distance_m = sun::DISTANCE_M as f32;
-                Lamp { position: position.as_vec3(), distance_m, strength, path_m, toward }
+                Lamp { position: position.as_vec3(), distance_m, path_m, toward, ..cone }
             }
         }
     };

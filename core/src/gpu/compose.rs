@@ -105,6 +105,8 @@ const MODULES: &[(&str, &str)] = &sources![
     "phase",
     "view",
     "lamp",
+    "beam",
+    "casters",
     "surfaces",
     "screen",
     "sparse",
@@ -126,6 +128,7 @@ const MODULES: &[(&str, &str)] = &sources![
     "grid/glow",
     "grid/light_table",
     "grid/rule",
+    "grid/shafts",
 ];
 
 /// What passes import that itself imports `fogbank::haze`.
@@ -256,14 +259,30 @@ fn of_its_own(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
         Pass::Triangles | Pass::Shapes | Pass::Knots | Pass::Bend => vec![],
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
-        Pass::Haze => vec![vec![&[], &["AIRLIGHT_SUN2005"], &["AIRLIGHT_MACKLIN2010"]]],
+        Pass::Haze => {
+            let lit: &[&[&str]] = &[
+                &[],
+                &["AIRLIGHT_SUN2005"],
+                &["AIRLIGHT_MACKLIN2010"],
+                &["AIRLIGHT_SUN2005", "SHADOWS"],
+                &["AIRLIGHT_MACKLIN2010", "SHADOWS"],
+            ];
+            vec![lit.to_vec()]
+        }
         Pass::BlobTiles => {
-            let lit: &[&[&str]] = &[&[], &["AIRLIGHT_FOGSHOP2007"], &["AIRLIGHT_MACKLIN2010"]];
+            let lit: &[&[&str]] = &[
+                &[],
+                &["AIRLIGHT_FOGSHOP2007"],
+                &["AIRLIGHT_MACKLIN2010"],
+                &["AIRLIGHT_FOGSHOP2007", "SHADOWS"],
+                &["AIRLIGHT_MACKLIN2010", "SHADOWS"],
+            ];
             vec![lit.to_vec(), vec![&[], &["MISSING"]]]
         }
         Pass::Grid => vec![vec![&[], &["EDGES"]]],
         Pass::Surface => {
-            vec![vec![&[], &["BLOBS"], &["BLOBS", "LOW"], &["TABLES"], &["CLEAR"]]]
+            let depths: &[&[&str]] = &[&[], &["BLOBS"], &["BLOBS", "LOW"], &["TABLES"], &["CLEAR"]];
+            vec![depths.to_vec(), vec![&[], &["SHADOWS"]]]
         }
         Pass::Composite => vec![
             Layer::ALL.map(of_layer).to_vec(),

@@ -42,7 +42,8 @@ rows! {
     Span in "fogbank::view" { first: u32, end: u32, lamp: u32, slot: u32 }
     /// A light.
     Lamp in "fogbank::lamp" {
-        position: Vec3, distance_m: f32, strength: Vec3, path_m: f32, toward: Vec3
+        position: Vec3, distance_m: f32, strength: Vec3, path_m: f32, toward: Vec3, inner: f32,
+        axis: Vec3, outer: f32, is_shaded: u32
     }
     /// What a group of terms scatters of a lamp.
     Scatter in "fogbank::lamp" { colour: Vec3, g: f32, lamp: u32, group: u32, share: f32 }
@@ -73,6 +74,13 @@ rows! {
     Extent in "fogbank::grid::light_table" {
         across: Vec3, reach: f32, down: Vec3, first: f32, toward: Vec3, density: f32, side: f32,
         shells: f32, begin: u32, parallel: u32
+    }
+    /// How much throws shadows.
+    Counts in "fogbank::casters" { shift: Vec3, planes: u32, nodes: u32 }
+    /// The rows of heights of a lamp.
+    Shaft in "fogbank::grid::shafts" {
+        origin: Vec3, ends: u32, axis: Vec3, far: f32, right: Vec3, middle: f32, up: Vec3,
+        first: f32, density: f32, begin: f32, scale: f32, slices: u32, bins: u32, place: u32
     }
     /// A plane, a sphere or a box.
     Shape in "shapes" { first: Vec4, second: Vec4, kind: u32, surface: u32 }

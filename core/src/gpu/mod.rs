@@ -4,6 +4,7 @@
 //! f32. What it has no pass for is the CPU's: [`Gpu::render`] says so before anything is sent.
 
 mod buffers;
+mod casters;
 pub mod compose;
 pub mod device;
 mod frame;
@@ -21,12 +22,12 @@ pub use device::{Failure, Wanted};
 use crate::airlight::Method;
 use crate::frame::cache::Cache;
 use crate::frame::context::{Context, DRAFT_STEP};
-use crate::frame::lights::fill_tables;
+use crate::frame::lights::{cast, fill_tables};
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
 use crate::progress::Progress;
-use crate::request::{Quality, View};
-use crate::scene::CheckedScene;
+use crate::request::{Layer, Quality, View};
+use crate::scene::{CheckedScene, Octave};
 use crate::shapes::Geometry;
 use buffers::{KeptLists, Lists, Triangles};
 use compose::Pass;
@@ -139,12 +140,17 @@ impl Gpu {
         view: &View,
         progress: &Progress,
     ) -> Result<Option<Frame>, Failure> {
+        let shows_octaves = matches!(view.layer, Layer::Beauty | Layer::Airlight);
+        if shows_octaves && scene.fog.octaves().len() > 1 {
+            // They are the CPU's.
+            return Ok(None);
+        }
         let geometry = cache.geometry(scene, progress)?;
-        let fields = cache.seen_bands(scene, view, progress)?;
+        let fields = cache.seen_bands(scene, Octave::FIRST, view, progress)?;
         let is_coloured = fields.each().len() > 1;
         let mut bands = Vec::new();
         for field in fields.each() {
-            let context = Context::new(scene, &geometry, field, view, progress);
+            let context = Context::new(scene, &geometry, (field, Octave::FIRST), view, progress);
             let context = Context { is_band: is_coloured, ..context };
             let Some(band) = self.band(cache, context, &geometry)? else { return Ok(None) };
             bands.push(band);
@@ -174,6 +180,7 @@ impl Gpu {
             return Ok(None);
         }
         fill_tables(&mut context, cache)?;
+        cast(&mut context, cache)?;
         if sums_too_many(&context) {
             return Ok(None);
         }

@@ -48,8 +48,7 @@ fn differing(frames: &[Frame; 2], share: f32) -> usize {
 
 /// The presets that an airlight takes.
 fn taken(airlight: Airlight) -> impl Iterator<Item = (&'static str, CheckedScene)> {
-    let takes =
-        move |preset: &Preset| preset.scene.fog.refusal(&preset.scene.lights, airlight).is_none();
+    let takes = move |preset: &Preset| preset.scene.fog.refusal(airlight).is_none();
     let taken = presets::all().into_iter().filter(takes);
     taken.map(|preset| (preset.name, preset.scene.check().expect("a preset")))
 }
@@ -62,8 +61,10 @@ fn check(layer: Layer, airlight: Airlight, share: f32) {
         assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
         let off = differing(&frames, share);
         let all = frames[1].pixels.len();
-        // A ray that grazes an edge may see either side of it.
-        assert!(500 * off <= all, "{name} {layer:?}: {off} of {all} differ");
+        // A ray that grazes an edge may see either side of it; and the published method lights a blob as its centre on the
+        // ray is, so that one at the rim of a shadow is lit or not.
+        let one_in = if airlight == Airlight::Fogshop2007 { 30 } else { 500 };
+        assert!(one_in * off <= all, "{name} {layer:?}: {off} of {all} differ");
     }
 }
 

@@ -62,6 +62,12 @@ pub const PERIOD: Range = Range::new(1e-3, 1e9);
 pub const RATE: Range = Range::new(0.0, 1e6);
 /// Angles by which a direction is turned [degrees].
 pub const SPREAD: Range = Range::new(0.0, 180.0);
+/// Half angles of a cone of light [degrees].
+pub const CONE: Range = Range::new(0.0, 89.999);
+/// Octaves of light that was scattered several times.
+pub const OCTAVES: Range = Range::new(0.0, 8.0);
+/// Extinction of an octave as a share of that before.
+pub const THINNING: Range = Range::new(0.1, 1.0);
 /// Growth of a radius as a share of itself.
 pub const GROWTH: Range = Range::new(0.0, 1e3);
 /// By how much noise shifts a blob, in its radii.

@@ -103,25 +103,33 @@ pub struct Toward<N> {
     /// Unit vector towards the light.
     pub direction: V3<N>,
     distance2: N,
+    /// Share of its light that goes this way.
+    weight: N,
 }
 
 impl<N: Num> Toward<N> {
     /// Along a unit vector, with a squared distance [m²].
     #[inline(always)]
     pub fn along(direction: V3<N>, distance2: N) -> Self {
-        Self { direction, distance2 }
+        Self { direction, distance2, weight: distance2.lit(1.0) }
     }
 
     /// From the light's place relative to the point; no distance counts as less than `floor` [m].
     #[inline(always)]
     pub fn new(light: V3<N>, floor: N) -> Self {
         let distance2 = light.length_squared().max(floor.squared());
-        Self { direction: light.scale(floor.lit(1.0) / distance2.sqrt()), distance2 }
+        Self::along(light.scale(floor.lit(1.0) / distance2.sqrt()), distance2)
+    }
+
+    /// The same of a light of which only a share goes this way.
+    #[inline(always)]
+    pub fn weighed(self, weight: N) -> Self {
+        Self { weight, ..self }
     }
 
     /// `value` times the light that arrives per unit of strength, 1/d².
     #[inline(always)]
     pub fn falloff(&self, value: N) -> N {
-        value / self.distance2
+        value * self.weight / self.distance2
     }
 }

@@ -4,12 +4,16 @@
 //! Whoever computes with a light asks its [`Source`]: that answers per unit of strength, whatever the
 //! colour, so that what it answers can be kept while colours change.
 
+mod beam;
 mod beside;
 pub mod point;
+pub mod spot;
 pub mod sun;
 
+pub use beam::{ALL_ANGLES, Beam, Crossed};
 pub use beside::{Arrival, LEAST_MISS, MISS_FLOOR, ToLight, Toward, least_distance};
 pub use point::Point;
+pub use spot::Spot;
 pub use sun::Sun;
 
 use crate::geometry::{Beyond, Origin};
@@ -44,6 +48,11 @@ macro_rules! lights {
                 match self { $(Self::$Kind(light) => light.enabled()),* }
             }
 
+            /// Whether surfaces hide its light.
+            pub fn shadows(&self) -> bool {
+                match self { $(Self::$Kind(light) => light.shadows()),* }
+            }
+
             /// Looks at all of its numbers; `at` names its members.
             pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
                 match self { $(Self::$Kind(light) => light.check(check, at)),* }
@@ -52,11 +61,6 @@ macro_rules! lights {
             /// Where its light comes from; fog without an end towards it counts so far [m].
             pub fn source(&self, path_m: f64) -> Source {
                 match self { $(Self::$Kind(light) => Source::$Kind(light.place(path_m))),* }
-            }
-
-            /// Whether it stands at a place.
-            pub fn is_placed(&self) -> bool {
-                self.source(0.0).apex().is_some()
             }
 
             /// Colour and strength, in the unit of its kind.
@@ -107,6 +111,17 @@ macro_rules! lights {
             pub fn toward<N: Num>(self, point: V3<N>, floor: N) -> Toward<N> {
                 match self { $(Self::$Kind(place) => place.toward(point, floor)),* }
             }
+
+            /// The cone into which it shines, if it is one.
+            pub fn beam(self) -> Option<Beam> {
+                match self { $(Self::$Kind(place) => place.beam()),* }
+            }
+
+            /// How a ray from `start` in the unit `direction` passes that cone.
+            #[inline(always)]
+            pub fn crossed<N: Num>(self, start: V3<N>, direction: V3<N>) -> Option<Crossed<N>> {
+                match self { $(Self::$Kind(place) => place.crossed(start, direction)),* }
+            }
         }
     };
 }
@@ -114,6 +129,8 @@ macro_rules! lights {
 lights! {
     /// A lamp that shines the same in all directions.
     Point = "point",
+    /// A lamp that shines into a cone.
+    Spot = "spot",
     /// Parallel light from far away.
     Sun = "sun",
 }
@@ -130,6 +147,9 @@ pub trait LightKind {
 
     /// Whether it shines.
     fn enabled(&self) -> bool;
+
+    /// Whether surfaces hide its light.
+    fn shadows(&self) -> bool;
 
     /// Looks at all of its numbers; `at` names its members.
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
@@ -155,4 +175,15 @@ pub trait Shines: Copy {
 
     /// See [`Source::toward`].
     fn toward<N: Num>(self, point: V3<N>, floor: N) -> Toward<N>;
+
+    /// See [`Source::beam`].
+    fn beam(self) -> Option<Beam> {
+        None
+    }
+
+    /// See [`Source::crossed`].
+    #[inline(always)]
+    fn crossed<N: Num>(self, _start: V3<N>, _direction: V3<N>) -> Option<Crossed<N>> {
+        None
+    }
 }

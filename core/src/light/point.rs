@@ -20,6 +20,8 @@ pub struct Point {
     pub id: Option<String>,
     /// False turns it off.
     pub enabled: bool,
+    /// Whether surfaces hide its light from others, and from fog.
+    pub shadows: bool,
     /// Where it is [m].
     pub position: Vec3,
     /// Radiant intensity per channel [W/sr].
@@ -32,6 +34,7 @@ impl Default for Point {
         Self {
             id: None,
             enabled: true,
+            shadows: true,
             position: Vec3([0.0, 3.0, 0.0]),
             intensity: Rgb::splat(100.0),
         }
@@ -47,6 +50,10 @@ impl LightKind for Point {
 
     fn enabled(&self) -> bool {
         self.enabled
+    }
+
+    fn shadows(&self) -> bool {
+        self.shadows
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {

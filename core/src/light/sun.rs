@@ -27,6 +27,8 @@ pub struct Sun {
     pub id: Option<String>,
     /// False turns it off.
     pub enabled: bool,
+    /// Whether surfaces hide its light from others, and from fog.
+    pub shadows: bool,
     /// Where its light travels; any length but zero.
     pub direction: Vec3,
     /// Power that a surface facing it gets per area and channel [W/m²].
@@ -39,6 +41,7 @@ impl Default for Sun {
         Self {
             id: None,
             enabled: true,
+            shadows: true,
             direction: Vec3([0.3, -1.0, 0.2]),
             irradiance: Rgb([3.0, 3.0, 2.8]),
         }
@@ -54,6 +57,10 @@ impl LightKind for Sun {
 
     fn enabled(&self) -> bool {
         self.enabled
+    }
+
+    fn shadows(&self) -> bool {
+        self.shadows
     }
 
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {

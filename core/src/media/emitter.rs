@@ -101,7 +101,7 @@ impl Emitter {
 
     /// The particles alive at a moment.
     pub fn alive(&self, moment: &Moment) -> Vec<Blob> {
-        let Moment { time_s, wind } = moment;
+        let Moment { time_s, wind, .. } = moment;
         let newest = (time_s * self.rate_hz).floor();
         let count = self.most() as i64 + 1;
         let ages =
@@ -240,7 +240,7 @@ mod tests {
     fn wind_carries_particles_from_their_birth_on() {
         let emitter = Emitter { velocity: [0.0; 3], wind_response: 0.5, ..Emitter::default() };
         let wind = Wind { velocity: Some(Velocity([2.0, 0.0, 0.0])), keys: None };
-        for blob in emitter.alive(&Moment { time_s: 50.0, wind }) {
+        for blob in emitter.alive(&Moment { time_s: 50.0, wind, ..Moment::default() }) {
             let share = (blob.radius / 0.4) - 1.0;
             assert!((blob.center.0[0] - share * 4.0).abs() < 1e-9, "{:?}", blob.center);
         }

@@ -5,7 +5,7 @@
 //! each scatters by an albedo and a phase function of its own: L_a = Σ ω ∫ β p(α) I/d² e^(−T) dt, β of
 //! the group, T of all.
 
-use super::{Field, Moment, Term};
+use super::{Field, Moment, Octave, Term};
 use crate::json::Albedo;
 use crate::phase::{Phase, PhaseFunction};
 use glam::DVec3;
@@ -18,6 +18,14 @@ pub struct Scattering {
     pub albedo: DVec3,
     /// Where it goes.
     pub phase: PhaseFunction,
+}
+
+impl Scattering {
+    /// How it scatters in an octave of its light.
+    pub fn in_octave(&self, octave: Octave) -> Self {
+        let phase = PhaseFunction { g: self.phase.g * octave.phase };
+        Self { albedo: self.albedo * octave.albedo, phase }
+    }
 }
 
 /// The enabled terms, those that say the same of how they scatter together.

@@ -145,7 +145,7 @@ impl TermKind for Homogeneous {
     fn merge(terms: &[&Self], channel: usize, moment: &Moment) -> Haze {
         let mut haze = Haze::default();
         for term in terms {
-            let beta = term.extinction_per_m().channels()[channel];
+            let beta = term.extinction_per_m().channels()[channel] * moment.density;
             if beta > 0.0 {
                 let shift = moment.shift(term.wind_response);
                 let profile = term.vertical.profile().seen_from(-shift.y);

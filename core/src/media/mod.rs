@@ -10,6 +10,7 @@ mod closed;
 mod groups;
 mod moment;
 pub mod noise;
+mod octaves;
 mod outline;
 pub mod sign;
 mod sum;
@@ -19,6 +20,7 @@ pub mod vertical;
 pub use closed::hull;
 pub use groups::{Bands, Scattering, in_channels, scatterings};
 pub use moment::{Moment, Velocity, Wind, WindKey};
+pub use octaves::{MultipleScattering, Octave};
 pub use outline::Outline;
 pub use sum::{Field, Knotted, Profile, Sum};
 

@@ -109,12 +109,20 @@ fn since_first(keys: &[WindKey], time_s: f64) -> DVec3 {
 }
 
 /// A time in a wind: all that a term's field depends on besides its own numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
+    /// What all extinctions are multiplied by.
+    pub density: f64,
     /// The time [s].
     pub time_s: f64,
     /// The wind.
     pub wind: Wind,
+}
+
+impl Default for Moment {
+    fn default() -> Self {
+        Self { density: 1.0, time_s: 0.0, wind: Wind::default() }
+    }
 }
 
 impl Moment {

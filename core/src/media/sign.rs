@@ -88,7 +88,7 @@ fn search(
     let members = || functions.iter().flat_map(|term| &term.members);
     let longest = members().filter_map(Member::period_s).fold(60.0, f64::max);
     let time_s = longest * halton(which, 2);
-    let moment = Moment { time_s, wind: wind.clone() };
+    let moment = Moment { time_s, wind: wind.clone(), ..Moment::default() };
     let media = Media::new(terms, channel, &moment);
     let sum = Sum { haze: &media.homogeneous, families: &media.functions };
     let scales: Vec<_> = members().map(Member::scale).collect();

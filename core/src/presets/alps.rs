@@ -2,7 +2,7 @@
 //! coefficients, and the three degrees that it may be read with.
 
 use super::Preset;
-use super::stage::{camera, glossy, land, matte, round_to, sun, veil, water};
+use super::stage::{camera, fill, glossy, land, matte, round_to, sun, veil, water};
 use super::village::Village;
 use crate::media::fogmap::Fogmap;
 use crate::random::{Random, value_noise};
@@ -67,7 +67,7 @@ fn scene(surfaces: Vec<Surface>, fog: Term) -> Scene {
 fn daylight() -> Vec<Light> {
     vec![
         sun("sun", [-0.84, -0.5, 0.2], [8.0, 6.0, 3.6]),
-        sun("sky", [0.35, -0.85, -0.4], [0.5, 0.75, 1.2]),
+        fill(sun("sky", [0.35, -0.85, -0.4], [0.5, 0.75, 1.2])),
     ]
 }
 

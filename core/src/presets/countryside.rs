@@ -1,7 +1,7 @@
 //! A countryside in daylight with the three kinds of fog of Biri and Michelin 2002, figs. 6 to 8.
 
 use super::Preset;
-use super::stage::{camera, functions, glossy, land, matte, sun, veil, water, wave};
+use super::stage::{camera, fill, functions, glossy, land, matte, sun, veil, water, wave};
 use super::village::Village;
 use crate::media::functions::{
     Equipotential, Member, Monomial, Monomials, Object, Periods, PointObject, Polynomial,
@@ -91,7 +91,7 @@ fn countryside(camera: Camera, surfaces: Vec<Surface>, term: Term) -> Scene {
 fn daylight() -> Vec<Light> {
     vec![
         sun("sun", [0.8, -0.5, -0.25], [10.0, 7.0, 3.8]),
-        sun("sky", [-0.42, -0.8, -0.42], [0.45, 0.65, 1.0]),
+        fill(sun("sky", [-0.42, -0.8, -0.42], [0.45, 0.65, 1.0])),
     ]
 }
 

@@ -2,7 +2,7 @@
 
 use super::Preset;
 use super::geometry::MeshBuilder;
-use super::stage::{camera, functions, glossy, land, matte, mesh, sun, veil, water, wave};
+use super::stage::{camera, fill, functions, glossy, land, matte, mesh, sun, veil, water, wave};
 use super::village::Village;
 use crate::media::functions::{
     Cosine, CosineMorph, CosineParameters, Member, Monomial, Monomials, Periods, Polynomial,
@@ -45,7 +45,7 @@ fn scene() -> Scene {
         surfaces: surfaces(),
         lights: vec![
             sun("sun", [-0.75, -0.48, -0.3], [10.0, 7.0, 3.8]),
-            sun("sky", [0.4, -0.8, -0.4], [0.45, 0.65, 1.0]),
+            fill(sun("sky", [0.4, -0.8, -0.4], [0.45, 0.65, 1.0])),
         ],
         fog: Fog {
             wind: Wind { velocity: Some(Velocity([4.0, 0.0, 9.0])), keys: None },

@@ -3,7 +3,7 @@
 use super::Preset;
 use super::geometry::{MeshBuilder, ball, lathe, spline};
 use super::stage::{
-    camera, emitter, glossy, glowing, homogeneous, lamp, matte, mesh, round_to, sphere,
+    camera, emitter, glass, glossy, glowing, homogeneous, lamp, matte, mesh, round_to, sphere,
 };
 use crate::media::emitter::Emitter;
 use crate::scene::{Fog, Rgb, Scene, Surface, Vec3};
@@ -78,7 +78,7 @@ fn surfaces() -> Vec<Surface> {
     for (id, at, intensity) in ORBS {
         // So bright that it stays an orb on the screen, in its lamp's colour.
         let glow = intensity.map(|power| round_to(1.2 * power, 10.0));
-        list.push(sphere(id, at, 0.07, glowing(glow)));
+        list.push(glass(sphere(id, at, 0.07, glowing(glow))));
     }
     list
 }

@@ -7,6 +7,8 @@ mod countryside;
 mod geometry;
 mod gorge;
 mod inscatter;
+mod lighthouse;
+mod nave;
 mod room;
 mod stage;
 mod street;
@@ -47,6 +49,6 @@ pub fn all() -> Vec<Preset> {
     presets.extend(countryside::presets());
     presets.push(gorge::preset());
     presets.extend(alps::presets());
-    presets.push(inscatter::preset());
+    presets.extend([inscatter::preset(), nave::preset(), lighthouse::preset()]);
     presets
 }

@@ -1,7 +1,7 @@
 //! Short ways to write the parts of a scene; every number is rounded, so that its JSON is short.
 
 use super::geometry::MeshBuilder;
-use crate::light::Sun;
+use crate::light::{Spot, Sun};
 use crate::media::emitter::Emitter;
 use crate::media::functions::{Cosine, Functions, Member, WaveVector};
 pub use crate::rounding::{round_to, rounded};
@@ -55,6 +55,39 @@ pub fn lamp(id: &str, position: DVec3, intensity: [f64; 3]) -> Light {
         intensity: Rgb(intensity),
         ..Point::default()
     })
+}
+
+/// A lamp that shines into a cone: half angles of where it is full and where it ends [degrees].
+pub fn spot(
+    id: &str,
+    position: DVec3,
+    direction: DVec3,
+    [inner_angle_deg, outer_angle_deg]: [f64; 2],
+    intensity: [f64; 3],
+) -> Light {
+    Light::Spot(Spot {
+        id: Some(id.into()),
+        position: rounded(position, 1e3),
+        direction: rounded(direction, 1e3),
+        inner_angle_deg,
+        outer_angle_deg,
+        intensity: Rgb(intensity),
+        ..Spot::default()
+    })
+}
+
+/// The same light where it stands for what comes from everywhere: nothing hides it.
+pub fn fill(light: Light) -> Light {
+    match light {
+        Light::Point(light) => Light::Point(Point { shadows: false, ..light }),
+        Light::Spot(light) => Light::Spot(Spot { shadows: false, ..light }),
+        Light::Sun(light) => Light::Sun(Sun { shadows: false, ..light }),
+    }
+}
+
+/// The same surface as glass: it throws no shadow.
+pub fn glass(surface: Surface) -> Surface {
+    Surface { shadows: false, ..surface }
 }
 
 /// Light from the sun or a part of the sky: where it travels, and what a surface facing it gets [W/m²].

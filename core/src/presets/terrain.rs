@@ -3,7 +3,8 @@
 use super::Preset;
 use super::geometry::MeshBuilder;
 use super::stage::{
-    blob, camera, gaussians, glossy, glowing, homogeneous, lamp, land, matte, mesh, round_to, water,
+    blob, camera, fill, gaussians, glossy, glowing, homogeneous, lamp, land, matte, mesh, round_to,
+    water,
 };
 use crate::random::{Random, value_noise};
 use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
@@ -39,7 +40,7 @@ fn scene() -> Scene {
         surfaces: surfaces(&mut random),
         lights: vec![
             lamp("morning", DVec3::new(-2300.0, 900.0, -900.0), [6.4e7, 4.3e7, 2.5e7]),
-            lamp("sky", DVec3::new(700.0, 3200.0, 900.0), [0.7e7, 1.0e7, 1.6e7]),
+            fill(lamp("sky", DVec3::new(700.0, 3200.0, 900.0), [0.7e7, 1.0e7, 1.6e7])),
             lamp("chapel-lamp", chapel + DVec3::new(0.0, 9.0, 16.0), [26_000.0, 14_000.0, 5000.0]),
         ],
         fog: Fog {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::collections::HashSet;
 
 /// Name, blobs (of emitters, particles alive at a time), lights, fewest triangles, fewest vertices.
-const COUNTS: [(&str, usize, usize, usize, usize); 15] = [
+const COUNTS: [(&str, usize, usize, usize, usize); 17] = [
     ("street-thin", 0, 4, 60_000, 0),
     ("street-thick", 0, 4, 60_000, 0),
     ("steaming-vessel", 34, 3, 40_000, 70_000),
@@ -22,6 +22,8 @@ const COUNTS: [(&str, usize, usize, usize, usize); 15] = [
     ("fogmap-slopes", 0, 2, 27_000, 0),
     ("fogmap-smooth", 0, 2, 27_000, 0),
     ("in-scatter", 96, 3, 8_000, 0),
+    ("nave-shafts", 60, 4, 9_000, 0),
+    ("lighthouse", 48, 4, 20_000, 0),
 ];
 
 fn blobs(scene: &Scene) -> usize {

@@ -36,10 +36,14 @@ impl CheckedScene {
         scene.check_after(self)
     }
 
+    /// The same through a camera that is known to look somewhere.
+    pub(crate) fn seen_by(&self, camera: Camera) -> Self {
+        Self(Arc::new(Scene { camera, ..(**self).clone() }))
+    }
+
     /// What computes airlight, if an estimator is asked for, in an extinction of this scene.
     pub fn matched(&self, asked: Method, field: &Field) -> Method {
-        let are_placed = self.lights().all(|(_, light)| light.is_placed());
-        asked.matched(&self.fog.scatterings(), are_placed, field)
+        asked.matched(&self.fog.scatterings(), field)
     }
 }
 
@@ -94,7 +98,7 @@ impl Scene {
         check_surfaces(check, &self.surfaces, known.map_or(&[], |known| &known.surfaces));
         check_lights(check, &self.lights);
         check_fog(check, &self.fog, self.far_m, known);
-        if let Some(detail) = self.fog.refusal(&self.lights, self.fog.airlight) {
+        if let Some(detail) = self.fog.refusal(self.fog.airlight) {
             check.refuse(Code::Conflict, || "/fog/airlight".into(), detail);
         }
         check.number(self.time_s, limits::TIME, || "/time_s".into());
@@ -308,6 +312,8 @@ fn check_fog(check: &mut Checker, fog: &Fog, far_m: f64, known: Option<&Scene>) 
     fog.phase.check(check, || "/fog/phase".into());
     check.triple(fog.ambient.0, limits::INTENSITY, || "/fog/ambient".into());
     check.number(fog.light_path_m, limits::DISTANCE, || "/fog/light_path_m".into());
+    let at = |name: &str| format!("/fog/multiple_scattering/{name}");
+    fog.multiple_scattering.check(check, &at);
     fog.noise.check(check, &|name| format!("/fog/noise/{name}"));
     fog.wind.check(check, &|name| format!("/fog/wind/{name}"));
     check.count(fog.terms.len(), COUNTS.terms, "terms", || "/fog/terms".into());

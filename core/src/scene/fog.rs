@@ -5,9 +5,10 @@ use crate::json::bounded;
 use crate::json::document::parts;
 use crate::json::limits::{self, COUNTS};
 use crate::json::{Albedo, Rgb};
-use crate::light::Light;
 use crate::media::noise::Noise;
-use crate::media::{Bands, Moment, Scattering, Term, Wind, scatterings};
+use crate::media::{
+    Bands, Moment, MultipleScattering, Octave, Scattering, Term, Wind, scatterings,
+};
 use crate::phase::{Isotropic, Phase};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -31,6 +32,8 @@ pub struct Fog {
     /// Fog that sun and sky came through where the fog has no end towards them [m].
     #[schemars(range(min = limits::DISTANCE.min, max = limits::DISTANCE.max))]
     pub light_path_m: f64,
+    /// Light that was scattered more than once.
+    pub multiple_scattering: MultipleScattering,
     /// What carries the fog along while time goes on.
     pub wind: Wind,
     /// Irregularity of blobs and particles.
@@ -52,6 +55,7 @@ impl Default for Fog {
             airlight: Airlight::Auto,
             surface_lighting: SurfaceLighting::Auto,
             light_path_m: 100.0,
+            multiple_scattering: MultipleScattering::default(),
             wind: Wind::default(),
             noise: Noise::default(),
             terms: Vec::new(),
@@ -77,7 +81,12 @@ impl Fog {
         if self.wind.is_calm() && !terms.any(Term::changes) {
             return Moment::default();
         }
-        Moment { time_s, wind: self.wind.clone() }
+        Moment { time_s, wind: self.wind.clone(), ..Moment::default() }
+    }
+
+    /// The octaves in which light is scattered, from the fog itself on.
+    pub fn octaves(&self) -> Vec<Octave> {
+        [Octave::FIRST].into_iter().chain(self.multiple_scattering.each()).collect()
     }
 
     /// Numbers that an optical depth has in it: 1 if every extinction is grey, else 3.
@@ -85,9 +94,9 @@ impl Fog {
         Bands::count(&self.terms)
     }
 
-    /// Why an estimator cannot take this fog before some lights, if so.
-    pub fn refusal(&self, lights: &[Light], asked: Airlight) -> Option<String> {
-        refusal(&self.terms, &self.scatterings(), lights, asked)
+    /// Why an estimator cannot take this fog, if so.
+    pub fn refusal(&self, asked: Airlight) -> Option<String> {
+        refusal(&self.terms, &self.scatterings(), asked)
     }
 }
 

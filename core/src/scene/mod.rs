@@ -18,7 +18,7 @@ pub use crate::light::{Light, Point};
 pub use crate::media::gaussians::{Blob, BlobFrame, Gaussians};
 pub use crate::media::homogeneous::Homogeneous;
 pub use crate::media::vertical::{Exponential, Slab, Uniform, Vertical};
-pub use crate::media::{Moment, Term, Velocity, Wind, WindKey};
+pub use crate::media::{Moment, MultipleScattering, Octave, Term, Velocity, Wind, WindKey};
 pub use crate::phase::{HenyeyGreenstein, Isotropic, Phase};
 pub use camera::{Camera, Orthographic, Perspective, Projection};
 pub use check::CheckedScene;

@@ -28,6 +28,8 @@ pub struct Surface {
     pub id: Option<String>,
     /// False hides it.
     pub enabled: bool,
+    /// Whether it throws shadows; false lets light through, as the glass around a lamp does.
+    pub shadows: bool,
     /// Its form.
     pub shape: Shape,
     /// How it reflects and glows.
@@ -49,7 +51,7 @@ impl Part for Shape {
 impl Default for Surface {
     fn default() -> Self {
         let shape = Shape::Plane(Plane::default());
-        Self { id: None, enabled: true, shape, material: Material::default() }
+        Self { id: None, enabled: true, shadows: true, shape, material: Material::default() }
     }
 }
 

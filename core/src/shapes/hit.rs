@@ -54,6 +54,34 @@ impl Geometry {
         best
     }
 
+    /// Whether a surface that throws shadows stands in the way between two distances [m].
+    pub(super) fn is_met(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> bool {
+        let start = origin + from * direction - self.anchor;
+        let ray = Ray { origin: start, direction, inverse: 1.0 / direction };
+        let is_near = |hit: Hit| hit.distance <= to - from && self.throws(hit.surface);
+        if self.planes.iter().filter_map(|plane| plane.meet(&ray)).any(is_near) {
+            return true;
+        }
+        let mut stack = vec![0usize];
+        while let Some(at) = stack.pop() {
+            let Some(node) = self.hierarchy.nodes.get(at) else { break };
+            let bounds = &node.bounds;
+            if !ray.meets_box(bounds.min.as_dvec3(), bounds.max.as_dvec3(), to - from) {
+                continue;
+            }
+            let first = node.first as usize;
+            if node.count == 0 {
+                stack.extend([first, first + 1]);
+                continue;
+            }
+            let mut solids = self.solids[first..first + node.count as usize].iter();
+            if solids.any(|solid| self.meet(solid, &ray).is_some_and(is_near)) {
+                return true;
+            }
+        }
+        false
+    }
+
     fn meet(&self, solid: &Solid, ray: &Ray) -> Option<Hit> {
         match *solid {
             Solid::Triangle(at) => self.meet_triangle(&self.triangles[at as usize], ray),

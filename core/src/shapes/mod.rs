@@ -4,10 +4,12 @@
 mod corners;
 mod hit;
 mod mesh;
+mod shadow;
 
 pub use corners::Corners;
 pub use hit::Hit;
 pub use mesh::Triangle;
+pub use shadow::{BEHIND, IN_PLANE, LIFT};
 
 use crate::geometry::hierarchy::{Bounds, Hierarchy};
 use crate::progress::{Interrupted, Progress};
@@ -85,6 +87,8 @@ pub struct Geometry {
     pub hierarchy: Hierarchy,
     /// Materials, by place among the scene's surfaces.
     pub materials: Vec<Material>,
+    /// Whether surfaces throw shadows, by their places.
+    throwing: Vec<bool>,
     /// Corners of triangles, each once, from the first time that they are asked for.
     corners: OnceLock<Corners>,
 }
@@ -106,6 +110,7 @@ impl Geometry {
         let mut geometry = Self {
             anchor,
             materials: surfaces.iter().map(|surface| surface.material.clone()).collect(),
+            throwing: surfaces.iter().map(|surface| surface.shadows).collect(),
             ..Self::default()
         };
         for (place, surface) in enabled() {
@@ -131,6 +136,13 @@ impl Geometry {
     /// Corners of triangles, each once.
     pub fn corners(&self) -> &Corners {
         self.corners.get_or_init(|| Corners::new(&self.triangles))
+    }
+
+    /// How far it reaches from the origin of a shift, at least 1 [m].
+    pub fn reach(&self, shift: DVec3) -> f64 {
+        let Some(root) = self.hierarchy.nodes.first() else { return 1.0 };
+        let [min, max] = [root.bounds.min, root.bounds.max].map(|end| end.as_dvec3() + shift);
+        min.abs().max(max.abs()).length().max(1.0)
     }
 
     fn add(&mut self, shape: &Shape, surface: u32) {

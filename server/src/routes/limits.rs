@@ -82,6 +82,12 @@ struct Ranges {
     rate: Range,
     /// Angles by which a direction is turned [degrees].
     spread: Range,
+    /// Half angles of a cone of light [degrees].
+    cone: Range,
+    /// Octaves of light that was scattered several times.
+    octaves: Range,
+    /// Extinction of an octave as a share of that before.
+    thinning: Range,
     /// Growth of a radius as a share of itself.
     growth: Range,
     /// Lifetimes, and times in which something comes back to where it was [s].
@@ -127,6 +133,9 @@ const RANGES: Ranges = Ranges {
     noise_strength: limits::NOISE_STRENGTH,
     rate: limits::RATE,
     spread: limits::SPREAD,
+    cone: limits::CONE,
+    octaves: limits::OCTAVES,
+    thinning: limits::THINNING,
     growth: limits::GROWTH,
     period: limits::PERIOD,
     velocity: limits::VELOCITY,

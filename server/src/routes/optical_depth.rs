@@ -10,9 +10,10 @@ use crate::watch::JobId;
 use axum::extract::{Request, State};
 use axum::http::HeaderName;
 use axum::response::Response;
-use fogbank_core::Frame;
 use fogbank_core::image::{EncodeError, Format, encode_png16};
-use fogbank_core::request::{OpticalDepthRequest, View};
+use fogbank_core::request::{DepthsOf, OpticalDepthRequest, View};
+use fogbank_core::scene::CheckedScene;
+use fogbank_core::{Frame, Progress, Renderer, light_map};
 use schemars::SchemaGenerator;
 use serde_json::json;
 
@@ -34,9 +35,21 @@ pub async fn render(
 ) -> Result<Response, Problem> {
     let format = accept::choose(request.headers(), &FORMATS, Format::content_type)?;
     let job = JobId::of(request.headers())?;
-    let (scene, view) = app.intake.read(request, OpticalDepthRequest::check).await?;
+    let (scene, of) = app.intake.read(request, OpticalDepthRequest::check).await?;
+    let (light, size) = match of {
+        DepthsOf::View(view) => {
+            let encode = move |frame: &Frame| encode_map(frame, &view, format);
+            return picture::answer(&app, client, job, scene, view, format, encode).await;
+        }
+        DepthsOf::Light(light, size) => (light, size),
+    };
+    let pictures = light_map::pictures(&scene.lights[light]);
+    let view = View { height: size * pictures, ..light_map::view(size) };
     let encode = move |frame: &Frame| encode_map(frame, &view, format);
-    picture::answer(&app, client, job, scene, view, format, encode).await
+    let render = move |renderer: &Renderer, scene: &CheckedScene, progress: &Progress| {
+        light_map::render(renderer, scene, light, size, progress)
+    };
+    picture::answer_by(&app, client, job, scene, view, format, (render, encode)).await
 }
 
 /// Encodes it; a PNG has 16 bits a pixel and a scale.
@@ -53,13 +66,16 @@ pub fn encode_map(frame: &Frame, view: &View, format: Format) -> Result<Encoded,
 
 /// Its documentation.
 pub fn operation(schemas: &mut SchemaGenerator) -> Operation {
-    let summary = "The optical depth of every view ray: float32, or a 16-bit PNG with a scale; a number a \
-        pixel, or three where an extinction has a colour.";
+    let summary = "The optical depth of every view ray, or from a light to what it first meets in all directions: \
+        float32, or a 16-bit PNG with a scale; a number a pixel, or three where an extinction has a colour.";
     let blob = json!({ "kind": "gaussians", "blobs": [{ "center": [0, 1, 0], "radius": 2 }] });
     let example = json!({ "scene": { "fog": { "terms": [blob] } }, "width": 64, "height": 48 });
+    let lit = json!({ "scene": { "lights": [{ "kind": "point", "id": "lamp" }], "fog": { "terms": [blob] } },
+        "light": "lamp", "size": 32 });
     Operation::post("optical_depth", "pictures", summary)
         .takes::<OpticalDepthRequest>(schemas)
         .example("blob", "One blob of fog.", example)
+        .example("light", "The same around a lamp: the six faces of a cube.", lit)
         .picture(&FORMATS)
         .header(SCALE, SCALE_IS)
 }

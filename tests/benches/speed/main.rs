@@ -9,6 +9,7 @@
 mod clock;
 mod families;
 mod growth;
+mod lights;
 mod maps;
 mod peak;
 mod presets;
@@ -35,8 +36,12 @@ fn main() {
         families::print(&machine);
         pruning::print();
     }
+    if only.as_deref() == Some("lights") {
+        lights::print();
+    }
     if only.is_none() {
         growth::print();
+        lights::print();
         maps::print(&machine);
         families::print(&machine);
         pruning::print();

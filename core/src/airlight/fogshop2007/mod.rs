@@ -18,12 +18,12 @@ mod centers;
 mod lanes;
 
 pub use centers::depths;
-pub use lanes::{LightRow, LitBlobs, add_airlight};
+pub use lanes::{LightRow, LitBlobs, Reach, add_airlight};
 
 use super::about::{About, Exactness, PICTURES, Takes};
 use super::sun2005;
-use crate::geometry::Ray;
-use crate::light::{Source, least_distance};
+use crate::geometry::{Beyond, Origin, Ray, parts::without};
+use crate::light::{Beam, Source, least_distance};
 use crate::media::gaussians::{Draw, Gaussian, Seen, draw_of};
 use crate::media::{Field, Medium, Term};
 use crate::num::Num;
@@ -99,6 +99,8 @@ pub struct Lit<N> {
     pub from_light: V3<N>,
     /// Exponent of f¹ (eq. 13) with the blob's own two depths taken out again (eq. 12).
     pub exponent: N,
+    /// The cone into which the light shines, if it is one.
+    pub beam: Option<Beam>,
 }
 
 /// Line integrals of one ray through one blob.
@@ -157,7 +159,12 @@ impl<N: Num> Crossing<N> {
         let miss2 = (self.aside2 - end.squared()).max(floor.lit(0.0));
         let own = blob.k * (-miss2).exp() * N::erf_plain_difference(start, end);
         let falloff = (blob.a * inverse).squared();
-        self.depth * (lit.exponent - own - self.before).exp() * falloff
+        let seen = self.depth * (lit.exponent - own - self.before).exp() * falloff;
+        // Ours: a cone lights as much of a blob as of its centre on the ray.
+        match lit.beam {
+            Some(beam) => seen * beam.weight(way.scale(inverse)),
+            None => seen,
+        }
     }
 }
 
@@ -173,7 +180,6 @@ pub struct LightSide {
 impl LightSide {
     /// From the depths T(v, b) and T(s, b) of all blobs' own centres, without homogeneous part.
     pub fn new(field: &Field, eye: Eye, light: Source, to_eye: &[f64], to_light: &[f64]) -> Self {
-        let light = light.place();
         let blobs = blobs(field).par_iter().zip(to_eye).zip(to_light);
         let exponents = blobs.map(|((blob, to_eye), to_light)| {
             exponent(field, blob, (eye, *to_eye), (light, *to_light))
@@ -188,22 +194,41 @@ fn exponent(
     field: &Field,
     blob: &Gaussian,
     (eye, to_eye): (Eye, f64),
-    (light, to_light): (DVec3, f64),
+    (light, to_light): (Source, f64),
 ) -> f64 {
     let from = eye.facing(blob.center);
-    let (d_eye, d_light) = (from.distance(blob.center), light.distance(blob.center));
+    let lit_from = outlook(field, light).facing(blob.center);
+    let (d_eye, d_light) = (from.distance(blob.center), lit_from.distance(blob.center));
+    let hazy = match light.origin() {
+        Origin::At(_) => d_light,
+        Origin::Beyond(beyond) => beyond.path_m,
+    };
     // The blob's own part of a path that ends at its centre: half depth times erf.
     let own = |d: f64| blob.half_depth() * libm::erf(blob.a * d);
-    own(d_eye) + own(d_light) - to_eye - to_light - haze(field) * (d_eye + d_light)
+    own(d_eye) + own(d_light) - to_eye - to_light - haze(field) * (d_eye + hazy)
 }
 
 /// C_sv (eq. 16); 0 where there is no homogeneous fog for it.
-fn homogeneous_factor(field: &Field, eye: Eye, light: DVec3) -> f64 {
+fn homogeneous_factor(field: &Field, eye: Eye, light: Source) -> f64 {
     if haze(field) == 0.0 {
         return 0.0;
     }
-    let (ray, distance) = Ray::between(light, eye.facing(light));
+    let (from, to) = match (light.apex(), eye) {
+        (Some(apex), _) => (apex, eye.facing(apex)),
+        (None, Eye::Point(eye) | Eye::Plane(eye, _)) => (outlook(field, light).facing(eye), eye),
+    };
+    let (ray, distance) = Ray::between(from, to);
     (-field.only().gaussians.depth_nearby(&ray, distance)).exp()
+}
+
+/// Where the ways of a light to blobs begin: of the sun on a plane behind which there are none.
+pub fn outlook(field: &Field, light: Source) -> Eye {
+    match light.origin() {
+        Origin::At(apex) => Eye::Point(apex),
+        Origin::Beyond(Beyond { toward, .. }) => {
+            Eye::Plane(toward * field.reach(DVec3::ZERO), -toward)
+        }
+    }
 }
 
 /// T without homogeneous part from a start to a blob's centre, to rounding.
@@ -288,7 +313,7 @@ impl Sighted {
         Ok(Self { ray, length, places, eye: from_eye.eye, to_eye })
     }
 
-    /// L_a per unit of ω·I₀ [1/m²] of a light.
+    /// L_a per unit of ω·I₀ [1/m²] of a light that does not reach some parts of the ray [m].
     ///
     /// # Errors
     /// [`Interrupted`] when `progress` says so.
@@ -297,9 +322,12 @@ impl Sighted {
         field: &Field,
         light: Source,
         from_light: &CenterDepths,
+        shadows: &[[f64; 2]],
         progress: &Progress,
     ) -> Result<f64, Interrupted> {
         let Self { ray: Ray { origin, direction }, length, .. } = *self;
+        let parts = without([0.0, length], shadows);
+        let is_lit = |t: f64| parts.iter().any(|[from, to]| *from <= t && t <= *to);
         let at = light.place();
         let floor = least_distance(at.distance(origin));
         let ray = V3::from(direction);
@@ -309,13 +337,19 @@ impl Sighted {
             let blob = &blobs(field)[*place];
             let seen = blob.seen_from(origin);
             let from_light = V3::from((blob.center - at) * blob.a);
-            let exponent = exponent(field, blob, (self.eye, *to_eye), (at, to_light));
-            let lit = Lit { from_light, exponent };
+            let exponent = exponent(field, blob, (self.eye, *to_eye), (light, to_light));
+            // Ours: a blob is lit as its centre on the ray is.
+            if !is_lit((blob.center - origin).dot(direction).clamp(0.0, length)) {
+                return 0.0;
+            }
+            let lit = Lit { from_light, exponent, beam: light.beam() };
             Crossing::new::<true>(&seen, ray, length).scattered(&seen, &lit, floor)
         });
-        let beta = haze(field);
-        let homogeneous = homogeneous_factor(field, self.eye, at)
-            * sun2005::airlight(beta, light.beside(origin.into(), ray), length);
+        let (to, cone) = (light.beside(origin.into(), ray), light.crossed(origin.into(), ray));
+        let of_part =
+            |ends: &[f64; 2]| sun2005::within(haze(field), light, to, cone.as_ref(), *ends);
+        let homogeneous = homogeneous_factor(field, self.eye, light)
+            * parts.iter().map(of_part).fold(0.0, |a, b| a + b);
         Ok(homogeneous + blobs.sum::<f64>() / (4.0 * std::f64::consts::PI))
     }
 }

@@ -6,11 +6,12 @@ use super::glow::Glow;
 use super::knots::{EDGES, WITHIN};
 use super::rule::bulk;
 use super::table::{BETA, DEPTH, RATIO, Table};
+use crate::cpu::lit::Lit;
 use crate::cpu::places::{CONTROL, Member, Samples};
 use crate::frame::context::Lamp;
 use crate::geometry::batch::{Ends, Fogged, Row, load3};
 use crate::geometry::control::PADDED;
-use crate::light::ToLight;
+use crate::light::{Crossed, ToLight};
 use crate::num::{Lanes, Num};
 use crate::vector::V3;
 use fearless_simd::{Simd, dispatch};
@@ -32,17 +33,14 @@ fn in_lanes<S: Simd>(
 ) {
     let (grid, scattered) = (table.grid, table.scattered);
     let is_near = cell.near(grid, scattered);
-    let [first, last] = if is_near.contains(&true) || table.knots.has_edges() {
+    let sums_up = is_near.contains(&true) || scattered.has_parted();
+    let [first, last] = if sums_up || table.knots.has_edges() {
         [0, table.knots.count() - 1]
     } else {
         let [first, last] = table.around(cell);
         [first.saturating_sub(1), (last + 1).min(table.knots.count() - 1)]
     };
-    let rays = Rays {
-        values: table.copy(cell, first, last),
-        first,
-        width: RATIO + 2 * scattered.asked.len(),
-    };
+    let rays = Rays { values: table.copy(cell, first, last), first, width: table.light() };
     let lamp = |i: &usize| &grid.context.lamps[grid.context.scatters[*i].lamp];
     let lamps: Vec<&Lamp> = scattered.asked.iter().map(lamp).collect();
     let has_lumps = grid.context.field.lumps() > 0;
@@ -50,9 +48,11 @@ fn in_lanes<S: Simd>(
         cell.middle(),
         Lanes::splat(simd, if cell.own.is_some() { 0.0 } else { 1.0 / cell.half() }),
     );
-    let zero = Lanes::splat(simd, 0.0);
+    let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
     let mut ratios = vec![zero; lamps.len()];
     let fixed = fixed(simd, table);
+    let shafts = lamps.iter().map(|lamp| lamp.shafts.as_deref());
+    let mut lit: Vec<Option<Lit>> = shafts.map(|shafts| shafts.map(Lit::new)).collect();
     for members in cell.members.chunks(Lanes::<S>::COUNT) {
         let lanes = Gathered::new(simd, samples, members, fogged);
         let x = (lanes.x - Lanes::splat(simd, middle.x)) * scale;
@@ -100,12 +100,25 @@ fn in_lanes<S: Simd>(
         for (slot, (ratio, lamp)) in ratios.iter().zip(&lamps).enumerate() {
             let to = lamp.from_camera.beside(lanes.start, lanes.direction);
             let glow = &scattered.glows[slot];
-            let light = if is_near[slot] {
+            let whole = if is_near[slot] {
                 around.near(simd, lamps.len() + slot, glow, &to, &along, t)
             } else {
                 let ratio = ratio.max(zero);
                 Lanes::select(is_behind, ratio, ratio * glow.between(simd, &to, zero, t) * bulk)
             };
+            let whole = if grid.tells_shares { one } else { whole };
+            let mut light = whole;
+            if scattered.are_parted[slot] {
+                let cone = lamp.from_camera.crossed(lanes.start, lanes.direction);
+                if let Some(lit) = &mut lit[slot] {
+                    lit.see(simd, lanes.start, lanes.direction, &to, t);
+                }
+                let lit = lit[slot].as_ref().filter(|lit| lit.is_hidden);
+                if cone.is_some() || lit.is_some() {
+                    let parts = Parts { cone: cone.as_ref(), lit };
+                    light = whole * around.share(simd, slot, glow, &to, &parts, &along, t);
+                }
+            }
             put.put(Some(scattered.before + slot), light);
         }
     }
@@ -180,6 +193,102 @@ impl<S: Simd> Around<'_, S> {
         }
         sum / to.miss
     }
+
+    /// Share of the airlight of a lamp that lights parts of a ray only: from knot to knot the glow of what it lights, times
+    /// the mean there of β e^(−T), which is a square that meets its values at both knots and its mean between; over the
+    /// same of the whole ray.
+    #[expect(clippy::too_many_arguments, reason = "all that a sample knows")]
+    #[inline(always)]
+    fn share(
+        &self,
+        simd: S,
+        slot: usize,
+        glow: &Glow,
+        to: &ToLight<Lanes<S>>,
+        parts: &Parts<S>,
+        along: &Along<S>,
+        t: Lanes<S>,
+    ) -> Lanes<S> {
+        let zero = t.lit(0.0);
+        let least = t.lit(f64::from(f32::MIN_POSITIVE));
+        let count = along.table.scattered.asked.len();
+        let [mean, seen] = [RATIO + count + slot, RATIO + 2 * count + slot];
+        let (mut sum, mut whole_sum) = (zero, zero);
+        let (mut from, mut angle) = (zero, to.first_angle());
+        let mut before = self.value(simd, 0, seen);
+        for k in 0..=along.high {
+            let knot = along.place(k).max(from);
+            let until = (if k < along.high { knot.min(t) } else { t }).max(from);
+            let (whole, turn) = (to.angle(from, knot).max(least), to.angle(from, until));
+            let next = self.value(simd, k, seen);
+            let own = self.value(simd, k, mean).max(zero);
+            let upto = between([before, next], own, [zero, turn / whole]);
+            whole_sum += upto * glow.over(simd, angle, turn);
+            // From the angle at the knot before: the sun's hardly change.
+            let [a, b] = match parts.cone {
+                Some(cone) => {
+                    let [a, b] = cone.narrowed([angle, angle + turn]);
+                    [a - angle, b - angle]
+                }
+                None => [zero, turn],
+            };
+            if Lanes::<S>::any(a.lt(b)) {
+                let share = parts.share(simd, to, angle, [a, b], [from, until]);
+                let lit = glow.over(simd, angle + a, b - a) * share;
+                sum += between([before, next], own, [a / whole, b / whole]) * lit;
+            }
+            angle += turn;
+            (from, before) = (until, next);
+        }
+        (sum / whole_sum.max(least)).min(t.lit(1.0))
+    }
+}
+
+/// What parts of some rays a lamp lights.
+struct Parts<'a, S: Simd> {
+    cone: Option<&'a Crossed<Lanes<S>>>,
+    lit: Option<&'a Lit<'a>>,
+}
+
+impl<S: Simd> Parts<'_, S> {
+    /// Share of its light between two angles at it beyond another, which are those of two ray parameters where it is
+    /// far away.
+    #[inline(always)]
+    fn share(
+        &self,
+        simd: S,
+        to: &ToLight<Lanes<S>>,
+        angle: Lanes<S>,
+        [a, b]: [Lanes<S>; 2],
+        [from, until]: [Lanes<S>; 2],
+    ) -> Lanes<S> {
+        let one = a.lit(1.0);
+        let least = a.lit(f64::from(f32::MIN_POSITIVE));
+        let width = (b - a).max(least);
+        let (a, b) = (angle + a, angle + b);
+        let visible = match self.lit {
+            Some(lit) => {
+                lit.share(simd, lit.place(simd, to, a, from), lit.place(simd, to, b, until))
+            }
+            None => one,
+        };
+        match self.cone {
+            Some(cone) => visible * (cone.turn([a, b]) / width),
+            None => visible,
+        }
+    }
+}
+
+/// The mean over a part of a square's way, given its values at both ends and its mean between.
+#[inline(always)]
+fn between<N: Num>([first, last]: [N; 2], mean: N, [from, to]: [N; 2]) -> N {
+    let bend = (first + last) * mean.lit(3.0) - mean * mean.lit(6.0);
+    let rise = last - first - bend;
+    let squares = from.mul_add(from, to.mul_add(to, from * to));
+    let value = bend.mul_add(squares * mean.lit(1.0 / 3.0), first);
+    let value = rise.mul_add((from + to) * mean.lit(0.5), value);
+    // Where what is seen leaps no square tells it.
+    value.max(mean.lit(0.0)).min(mean * mean.lit(3.0))
 }
 
 /// Where some samples end among the knots.

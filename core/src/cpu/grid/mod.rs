@@ -13,6 +13,9 @@
 //! that of the view ray. A sample multiplies R by its own M and T again. T of the haze is its own; that of
 //! the lumps comes from the same rays.
 //!
+//! Of a lamp that lights parts of rays only, by a cone or between shadows, a sample takes a share of that: of the means of
+//! β e^(−T) from knot to knot, each times the glow of what its own ray passes of the light there.
+//!
 //! A block of the picture shares its knots along depth, and its rays serve several lamps. It is cut into square
 //! cells; eight rays around a cell tell what lies between. A cell is quartered near a lamp's image, where
 //! lumps are too small for it, an edge of the fog passes, or a ninth ray shows that the eight do not tell it.
@@ -53,6 +56,8 @@ pub struct Grid<'a> {
     /// Whether that has edges.
     has_edges: bool,
     fineness: Fineness,
+    /// Whether shares of the light are told, not the light.
+    tells_shares: bool,
 }
 
 /// What is scattered of a few lamps, tabulated on the same rays.
@@ -66,6 +71,15 @@ struct Scattered<'a> {
     glows: Vec<Glow>,
     /// Where it appears [px].
     images: Vec<Option<Vec2>>,
+    /// Whether it lights parts of rays only.
+    are_parted: Vec<bool>,
+}
+
+impl Scattered<'_> {
+    /// Whether any lamp lights parts of rays only.
+    fn has_parted(&self) -> bool {
+        self.are_parted.contains(&true)
+    }
 }
 
 /// A block's samples, and the fog before them.
@@ -87,6 +101,7 @@ impl<'a> Grid<'a> {
             is_last: i * TOGETHER + some.len() == asked.len(),
             glows: some.iter().map(|i| Glow::new(context.scatters[*i].phase)).collect(),
             images: cells::images(context, some),
+            are_parted: some.iter().map(|i| context.lamp_of(*i).is_parted()).collect(),
         };
         Self {
             context,
@@ -94,6 +109,7 @@ impl<'a> Grid<'a> {
             has_edges: haze.has_edges(),
             haze,
             fineness: Fineness::of(&context.view, context.field),
+            tells_shares: context.takes_shares(),
         }
     }
 
@@ -111,6 +127,20 @@ impl<'a> Grid<'a> {
         let block = Block { corner, samples, fog, knots, passed };
         for scattered in &self.scattered {
             self.light_of(scattered, &block, fogged);
+        }
+    }
+
+    /// Leaves of the light that is there what cones and shadows leave.
+    pub fn take_shares(&self, corner: Tile, block: &[Ends<'_>], fogged: &mut [Fogged]) {
+        let lamps = self.scattered.iter().map(|own| own.asked.len()).sum();
+        let mut shares: Vec<_> = block.iter().map(|_| Fogged::clear(lamps)).collect();
+        self.light(corner, block, &mut shares);
+        let parted = self.scattered.iter().flat_map(|own| &own.are_parted);
+        for (slot, _) in parted.enumerate().filter(|(_, parted)| **parted) {
+            for (fogged, shares) in fogged.iter_mut().zip(&shares) {
+                let light = fogged.airlight[slot].iter_mut().zip(&shares.airlight[slot]);
+                light.for_each(|(light, share)| *light *= share);
+            }
         }
     }
 

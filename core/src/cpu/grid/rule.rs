@@ -26,6 +26,8 @@ pub struct Page<'a> {
     pub width: usize,
     /// Those of R, of the mean since the knot before, and of the airlight.
     pub fields: [usize; 3],
+    /// That of β e^(−T), where it is wanted.
+    pub seen: Option<usize>,
 }
 
 /// What sixteen rays meet at their knots.
@@ -81,6 +83,9 @@ pub fn cumulate<S: Simd>(
             ratio.store(&mut rows[page.fields[0]][at..]);
             mean.store(&mut rows[page.fields[1]][at..]);
             sum.store(&mut rows[page.fields[2]][at..]);
+            if let Some(seen) = page.seen {
+                before.seen.store(&mut rows[seen][at..]);
+            }
         }
     }
 }

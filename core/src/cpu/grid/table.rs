@@ -18,8 +18,8 @@ const FAINT: f32 = 1e-3;
 /// tails is seen rays that are followed together would differ from others.
 const ASIDE: f32 = 1e-6;
 
-/// What is tabulated of a ray at a knot: T and β of the lumps; then, each of all that is scattered, R, the mean
-/// of β e^(−T) since the knot before, and the airlight.
+/// What is tabulated of a ray at a knot: T and β of the lumps; then, each of all that is scattered, R, the mean of β e^(−T)
+/// since the knot before, β e^(−T) itself where some lamp lights parts of rays only, and the airlight.
 pub const DEPTH: usize = 0;
 pub const BETA: usize = 1;
 pub const RATIO: usize = 2;
@@ -56,7 +56,13 @@ impl<'a> Table<'a> {
 
     /// Numbers of a ray at a knot.
     fn fields(&self) -> usize {
-        RATIO + 3 * self.scattered.asked.len()
+        self.light() + self.scattered.asked.len()
+    }
+
+    /// The first field of the airlight; those before it are looked up.
+    pub fn light(&self) -> usize {
+        let each = if self.scattered.has_parted() { 3 } else { 2 };
+        RATIO + each * self.scattered.asked.len()
     }
 
     fn place(&self, place: Vec2) -> usize {
@@ -72,7 +78,7 @@ impl<'a> Table<'a> {
 
     /// What the rays around a cell have at its knots `first` to `last`: `[knot][field][ray]`.
     pub fn copy(&self, cell: &Cell, first: usize, last: usize) -> Vec<[f32; CONTROL]> {
-        let width = RATIO + 2 * self.scattered.asked.len();
+        let width = self.light();
         let mut copy = Vec::with_capacity((last + 1 - first) * width);
         let rays = self.rays(cell);
         for knot in first..=last {
@@ -140,9 +146,10 @@ impl<'a> Table<'a> {
             let glow = &self.scattered.glows[slot];
             let [beta, own] = &fields.groups[scatter.group];
             let met = Met { t: &t, beta, own, depth: &fields.depth, mean: &mean };
-            let fields = [slot, count + slot, 2 * count + slot].map(|field| RATIO + field);
-            let width = self.fields();
-            let mut put = Page { knots: self.knots, rows: &mut page, width, fields };
+            let fields = [RATIO + slot, RATIO + count + slot, self.light() + slot];
+            let seen = self.scattered.has_parted().then_some(RATIO + 2 * count + slot);
+            let (knots, width) = (self.knots, self.fields());
+            let mut put = Page { knots, rows: &mut page, width, fields, seen };
             dispatch!(job.level, simd => cumulate(simd, glow, lamp, &rays, &met, &mut put));
         }
         page
@@ -183,7 +190,7 @@ impl<'a> Table<'a> {
                 return false;
             }
             let faint = |slot: usize| {
-                let light = RATIO + 2 * count + slot;
+                let light = self.light() + slot;
                 self.at(own, k, light) <= FAINT * self.at(own, last, light)
             };
             (0..count).any(|slot| {
@@ -194,7 +201,7 @@ impl<'a> Table<'a> {
             })
         }) || (0..count).filter(|slot| is_near[*slot]).any(|slot| {
             // What the interpolated means miss of the light up to each knot.
-            let (mean, light) = (RATIO + count + slot, RATIO + 2 * count + slot);
+            let (mean, light) = (RATIO + count + slot, self.light() + slot);
             let (mut off, mut before) = (0.0, 0.0);
             (0..=last).any(|k| {
                 let [exact, sum] = [mean, light].map(|field| self.at(own, k, field));

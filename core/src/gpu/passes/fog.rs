@@ -16,7 +16,9 @@ impl Recorder<'_> {
             Method::Macklin2010 if is_lit => &["AIRLIGHT_MACKLIN2010"],
             _ => &[],
         };
-        let pipeline = self.pipeline(Pass::Haze, &[defines])?;
+        let rows = self.lists.rows.clone().filter(|_| !defines.is_empty());
+        let shadows: &[&str] = if rows.is_some() { &["SHADOWS"] } else { &[] };
+        let pipeline = self.pipeline(Pass::Haze, &[defines, shadows])?;
         let targets = &self.targets;
         let mut entries = vec![
             all(0, &self.view),
@@ -25,6 +27,7 @@ impl Recorder<'_> {
             all(3, &self.lists.scatters),
         ];
         entries.extend(self.lists.haze());
+        entries.extend(rows.iter().flat_map(|rows| rows.entries()));
         let bind = pipeline.bind(&self.gpu.device, &entries);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[attachment(&targets.fog, clearing(true))],
@@ -53,8 +56,11 @@ impl Recorder<'_> {
         if let Some(low) = &self.targets.low {
             self.encoder.clear_buffer(&low.handle, 0, None);
         }
+        let rows = self.lists.rows.clone().filter(|_| !defines.is_empty());
+        let shadows: &[&str] = if rows.is_some() { &["SHADOWS"] } else { &[] };
         for resolution in self.resolutions() {
-            let pipeline = self.pipeline(Pass::BlobTiles, &[defines, resolution.defines()])?;
+            let defines = [defines, shadows, resolution.defines()];
+            let pipeline = self.pipeline(Pass::BlobTiles, &defines)?;
             for blobs in self.spans() {
                 let span = self.span(blobs, [0; 2])?;
                 let (lists, targets) = (self.lists, &self.targets);
@@ -73,6 +79,8 @@ impl Recorder<'_> {
                     texture(7, &targets.surfaces),
                     all(8, &lists.scatters),
                 ];
+                let rows = rows.iter().flat_map(|rows| rows.entries());
+                let entries: Vec<_> = entries.into_iter().chain(rows).collect();
                 let bind = pipeline.bind(&self.gpu.device, &entries);
                 self.dispatch("blobs", &pipeline, &bind, grid);
                 self.kept.push(span);

@@ -168,12 +168,10 @@ impl Recorder<'_> {
             all(15, &blocks.near),
         ];
         entries.extend(self.lists.haze());
-        entries.extend(
-            self.lists
-                .on_grid
-                .iter()
-                .flat_map(|own| own.tables.entries(7).into_iter().chain([all(17, &own.phases)])),
-        );
+        entries.extend(self.lists.on_grid.iter().flat_map(|own| {
+            let lists = [all(17, &own.phases)].into_iter().chain(own.rows.entries());
+            own.tables.entries(7).into_iter().chain(lists)
+        }));
         let bind = pipeline.bind(&self.gpu.device, &entries);
         self.compute("airlight", &pipeline, &bind, |pass| {
             pass.dispatch_workgroups_indirect(&now.list.handle, 0);

@@ -84,7 +84,8 @@ impl Recorder<'_> {
             1 => &["BLOBS"],
             _ => &["BLOBS", "LOW"],
         };
-        let pipeline = self.pipeline(Pass::Surface, &[defines])?;
+        let shadows: &[&str] = if self.lists.casters.is_some() { &["SHADOWS"] } else { &[] };
+        let pipeline = self.pipeline(Pass::Surface, &[defines, shadows])?;
         let span = self.span(lamps.clone(), [0; 2])?;
         let (lists, targets) = (self.lists, &self.targets);
         let mut entries = vec![
@@ -97,6 +98,9 @@ impl Recorder<'_> {
         ];
         entries.extend(lists.haze());
         entries.extend(lists.on_grid.iter().flat_map(|own| own.tables.entries(8)));
+        if let Some((casters, counts)) = &lists.casters {
+            entries.extend([all(11, &casters.rows), all(12, counts)]);
+        }
         entries.extend(depths.iter().map(|Depths { resolution, values }| {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
         }));

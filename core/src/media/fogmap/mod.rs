@@ -210,7 +210,7 @@ impl Placed {
         Self {
             whole: Arc::new(Plane::new(&grid, degree, term.cell_m, 0)),
             layers: Arc::new(if is_cut { layers(term, &grid) } else { Vec::new() }),
-            scale: term.scale.channels()[channel],
+            scale: term.scale.channels()[channel] * moment.density,
             origin: [term.origin[0] + shift.x, term.origin[1] + shift.z],
             profile: term.vertical.profile().seen_from(-shift.y),
             enough: f64::INFINITY,

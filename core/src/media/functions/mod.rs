@@ -282,7 +282,7 @@ pub struct Families {
 impl Families {
     /// Adds a term at a moment.
     fn add(&mut self, term: &Functions, channel: usize, moment: &Moment) {
-        let scale = term.scale.channels()[channel];
+        let scale = term.scale.channels()[channel] * moment.density;
         let from = -moment.shift(term.wind_response);
         for member in term.members.iter().filter(|_| scale > 0.0) {
             let [least, most] = match member {

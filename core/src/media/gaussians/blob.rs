@@ -37,6 +37,12 @@ impl Gaussian {
         Self { center: blob.center.vector(), a: 1.0 / blob.radius, c, is_slab: false }
     }
 
+    /// The same with a share of its extinction.
+    #[must_use]
+    pub fn thinned(self, share: f64) -> Self {
+        Self { c: self.c * share, ..self }
+    }
+
     /// The same, seen so.
     #[must_use]
     pub fn drawn(self, draw: Draw) -> Self {

@@ -246,7 +246,9 @@ impl TermKind for Gaussians {
         for term in terms {
             let shift = moment.shift(term.wind_response);
             let blobs = term.at(moment.time_s);
-            let own = |blob| Gaussian::new(blob, channel).moved(shift).drawn(term.draw);
+            let own = |blob| {
+                Gaussian::new(blob, channel).moved(shift).drawn(term.draw).thinned(moment.density)
+            };
             let blobs = blobs.iter().map(own);
             all.extend(blobs.filter(|blob| blob.c > 0.0));
         }

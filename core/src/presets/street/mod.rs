@@ -6,7 +6,7 @@ mod lamp_post;
 
 use super::Preset;
 use super::geometry::{MeshBuilder, lathe, rod, spline};
-use super::stage::{camera, glossy, glowing, homogeneous, lamp, matte, mesh, sphere};
+use super::stage::{camera, glass, glossy, glowing, homogeneous, lamp, matte, mesh, sphere};
 use crate::random::Random;
 use crate::scene::{Fog, Light, Rgb, Scene, Surface};
 use buildings::{COLONNADE_X, COLUMN_STEP};
@@ -111,9 +111,9 @@ fn surfaces() -> Vec<Surface> {
         mesh("pedestals", pedestals().flat(), matte([0.42, 0.39, 0.34])),
     ];
     for (name, foot) in ["near-globe", "middle-globe", "far-globe"].into_iter().zip(LAMPS) {
-        list.push(sphere(name, globe_center(foot), GLOBE_RADIUS, glowing([9.0, 7.0, 4.4])));
+        list.push(glass(sphere(name, globe_center(foot), GLOBE_RADIUS, glowing([9.0, 7.0, 4.4]))));
     }
-    list.push(sphere("lantern-flame", LANTERN, 0.07, glowing([7.0, 3.6, 1.2])));
+    list.push(glass(sphere("lantern-flame", LANTERN, 0.07, glowing([7.0, 3.6, 1.2]))));
     list
 }
 

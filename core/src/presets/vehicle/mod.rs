@@ -6,7 +6,7 @@ mod plume;
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, along, lathe};
-use super::stage::{camera, glossy, glowing, lamp, matte, mesh};
+use super::stage::{camera, glass, glossy, glowing, lamp, matte, mesh};
 use crate::random::Random;
 use crate::scene::{Fog, Rgb, Scene, Surface};
 use engine::HEADLAMP;
@@ -49,15 +49,15 @@ fn surfaces(random: &mut Random) -> Vec<Surface> {
         &[[0.0, -0.03], [0.2, -0.03], [0.2, 0.0], [0.12, 0.03], [0.0, 0.04]].map(DVec2::from_array),
         32,
     );
-    let mut glass = MeshBuilder::default();
-    glass.add(&lens, along(HEADLAMP, DVec3::X));
+    let mut lens_mesh = MeshBuilder::default();
+    lens_mesh.add(&lens, along(HEADLAMP, DVec3::X));
     vec![
         mesh("iron", engine.iron.smooth(), glossy([0.06, 0.062, 0.07], 0.3, 26.0)),
         mesh("wheels", engine.wheels.smooth(), glossy([0.3, 0.045, 0.03], 0.14, 22.0)),
         mesh("brass", engine.brass.smooth(), glossy([0.42, 0.27, 0.09], 0.42, 34.0)),
         mesh("steel", engine.steel.smooth(), glossy([0.32, 0.33, 0.35], 0.4, 30.0)),
         mesh("plates", engine.plates.flat(), glossy([0.05, 0.11, 0.075], 0.1, 18.0)),
-        mesh("lens", glass.smooth(), glowing([8.0, 6.2, 3.6])),
+        glass(mesh("lens", lens_mesh.smooth(), glowing([8.0, 6.2, 3.6]))),
         mesh("rails", rails().flat(), glossy([0.22, 0.2, 0.19], 0.3, 24.0)),
         mesh("sleepers", sleepers(random).flat(), matte([0.16, 0.11, 0.08])),
         mesh("ballast", ballast(random).flat(), matte([0.22, 0.21, 0.2])),

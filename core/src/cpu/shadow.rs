@@ -1,0 +1,403 @@
+//! Shadows of surfaces on surfaces: which hits of a batch a lamp does not reach.
+//!
+//! Ways from a batch's points to a lamp run close together, so the hierarchy is walked once for all. What stands near
+//! them is asked of all points in lanes: behind a triangle's plane and within the planes through its sides
+//! and the lamp, which are the same for neighbours to the last bit, so that no light comes through between.
+
+use super::shade::ends;
+use crate::frame::context::{Context, Lamp};
+use crate::frame::viewpoint::Tile;
+use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, TILE, get3, load3};
+use crate::geometry::bundle::Bundle;
+use crate::geometry::hierarchy::WAITING;
+use crate::geometry::{Beyond, Origin};
+use crate::num::{Lanes, Num};
+use crate::shapes::{BEHIND, Cuboid, Geometry, IN_PLANE, LIFT, Plane, Solid, Sphere, Triangle};
+use crate::vector::V3;
+use fearless_simd::{Simd, dispatch};
+use glam::{DVec2, DVec3, Vec3};
+
+/// Optical depth that stands for a shadow.
+const DARK: f32 = 1e4;
+
+/// Where pixels at the rim of a shadow are looked at again, from their centres [px].
+const WITHIN: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [0.125, 0.375], [-0.375, 0.125]];
+
+/// Adds what stands for the shadows of a lamp to its optical depths to the hits of a batch; of the pixels of a tile, if
+/// it is given, those at the rim of a shadow have as much light as reaches some places of them.
+pub fn add(
+    context: &Context,
+    lamp: &Lamp,
+    (rays, hits): (&Rays, &Hits),
+    tile: Option<Tile>,
+    depth: &mut Row,
+) {
+    if !lamp.is_shaded || hits.surface.iter().all(|surface| *surface == NOTHING) {
+        return;
+    }
+    let mut points = dispatch!(context.job.level, simd => ends(simd, rays, hits));
+    for (row, normal) in points.iter_mut().zip(&hits.normal) {
+        for at in 0..rays.count {
+            row[at] += normal[at] * (LIFT as f32 * hits.length[at]);
+        }
+    }
+    let beside = if tile.is_some() { context.viewpoint.pixel() } else { 0.0 };
+    let caster = Caster::new(context, beside, lamp, rays.count, hits, &points);
+    let Some(caster) = caster else { return };
+    let mut lit = [1.0; SIZE];
+    caster.cast(context, &points, &mut lit);
+    if let Some(tile) = tile {
+        soften(context, &caster, (hits, &points), tile, &mut lit);
+    }
+    for (depth, lit) in depth.iter_mut().zip(&lit) {
+        *depth += if *lit > 0.0 { -lit.ln() } else { DARK };
+    }
+}
+
+/// Takes the mean over some places of each pixel beside which there is another light.
+fn soften(
+    context: &Context,
+    caster: &Caster,
+    (hits, points): (&Hits, &Rows),
+    tile: Tile,
+    lit: &mut Row,
+) {
+    let differs = |at: usize| {
+        let (x, y) = (at % TILE, at / TILE);
+        let beside = [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))];
+        let inside = beside.into_iter().filter(|(x, y)| *x < TILE && *y < TILE);
+        let mut others = inside.map(|(x, y)| y * TILE + x);
+        others.any(|other| hits.surface[other] != NOTHING && lit[other] != lit[at])
+    };
+    let is_seen = |at: &usize| hits.surface[*at] != NOTHING;
+    if !(0..SIZE).filter(is_seen).any(differs) {
+        return;
+    }
+    // At its border a tile does not see its neighbours.
+    let is_outer = |at: usize| [at % TILE, at / TILE].iter().any(|x| *x == 0 || *x == TILE - 1);
+    let rim: Vec<_> =
+        (0..SIZE).filter(is_seen).filter(|at| differs(*at) || is_outer(*at)).collect();
+    for some in rim.chunks(SIZE / WITHIN.len()) {
+        let (mut places, mut seen) = ([[0.0; SIZE]; 3], [1.0; SIZE]);
+        for (i, place) in places_within(context, tile, hits, points, some).enumerate() {
+            (0..3).for_each(|k| places[k][i] = place[k]);
+        }
+        caster.cast(context, &places, &mut seen);
+        for (at, seen) in some.iter().zip(seen.chunks(WITHIN.len())) {
+            lit[*at] = seen.iter().sum::<f32>() / WITHIN.len() as f32;
+        }
+    }
+}
+
+/// Where rays through some places of pixels meet the planes of what their own rays have met.
+fn places_within<'a>(
+    context: &'a Context,
+    tile: Tile,
+    hits: &'a Hits,
+    points: &'a Rows,
+    pixels: &'a [usize],
+) -> impl Iterator<Item = Vec3> + 'a {
+    pixels.iter().flat_map(move |at| {
+        let (x, y) = tile.pixel(*at);
+        let (normal, point) = (get3(&hits.normal, *at), get3(points, *at));
+        WITHIN.into_iter().map(move |[dx, dy]| {
+            let pixel = DVec2::new(x as f64 + 0.5 + dx, y as f64 + 0.5 + dy);
+            let (start, direction) = context.viewpoint.ray(pixel);
+            let (start, direction) = (start.as_vec3(), direction.as_vec3());
+            let t = (point - start).dot(normal) / direction.dot(normal);
+            let on_plane = start + t * direction;
+            // Across an edge or at a grazing angle the plane leads astray.
+            let is_near = (on_plane - point).length() < 0.1 * (point - start).length();
+            if is_near { on_plane } else { point }
+        })
+    })
+}
+
+/// A lamp before some points, relative to the camera.
+struct Caster<'a> {
+    geometry: &'a Geometry,
+    light: Origin,
+    /// The anchor.
+    shift: DVec3,
+    /// What the ways of light lie within, as a box and as a cone.
+    min: DVec3,
+    max: DVec3,
+    bundle: Bundle,
+    /// Rounding counts up to here [m].
+    off: f64,
+}
+
+impl<'a> Caster<'a> {
+    /// `beside` is how far beside the points others may be asked for, as a share of their distance.
+    fn new(
+        context: &'a Context,
+        beside: f64,
+        lamp: &Lamp,
+        count: usize,
+        hits: &Hits,
+        points: &Rows,
+    ) -> Option<Self> {
+        let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for at in (0..count).filter(|at| hits.surface[*at] != NOTHING) {
+            let point = get3(points, at);
+            (min, max) = (min.min(point), max.max(point));
+        }
+        let far = min.abs().max(max.abs()).max_element();
+        let room = DVec3::splat(f64::from(far) * beside);
+        let (mut min, mut max) = (min.as_dvec3() - room, max.as_dvec3() + room);
+        let light = lamp.from_camera.origin();
+        let (middle, radius) = (0.5 * (min + max), 0.5 * (max - min).length() * 1.000_001);
+        let bundle = match light {
+            Origin::At(apex) => {
+                (min, max) = (min.min(apex), max.max(apex));
+                let whole = middle.distance(apex) + radius;
+                Bundle::toward_ball(apex, middle, radius).unwrap_or(Bundle::all_around(apex, whole))
+            }
+            Origin::Beyond(Beyond { toward: axis, .. }) => {
+                for k in 0..3 {
+                    if axis[k] > 0.0 {
+                        max[k] = f64::INFINITY;
+                    } else if axis[k] < 0.0 {
+                        min[k] = f64::NEG_INFINITY;
+                    }
+                }
+                Bundle { origin: middle, axis, radius, tan: 0.0, length: f64::INFINITY }
+            }
+        };
+        let shift = context.geometry.anchor - context.viewpoint.position;
+        let off = BEHIND * (middle.abs().max_element() + radius);
+        radius.is_finite().then_some(Self {
+            geometry: context.geometry,
+            light,
+            shift,
+            min,
+            max,
+            bundle,
+            off,
+        })
+    }
+
+    fn meets(&self, min: Vec3, max: Vec3) -> bool {
+        let (min, max) = (min.as_dvec3() + self.shift, max.as_dvec3() + self.shift);
+        if min.cmpgt(self.max).any() || max.cmplt(self.min).any() {
+            return false;
+        }
+        let place = self.bundle.place(0.5 * (min + max));
+        self.bundle.distance(place) <= 0.5 * (max - min).length() * 1.000_01
+    }
+
+    /// Takes the light from what is hidden.
+    fn cast(&self, context: &Context, points: &Rows, lit: &mut Row) {
+        let (level, geometry) = (context.job.level, self.geometry);
+        for plane in geometry.planes.iter().filter(|plane| geometry.throws(plane.surface)) {
+            let halves = self.of_plane(plane);
+            dispatch!(level, simd => hide_behind(simd, &halves, self.off, points, lit));
+        }
+        let mut open = [0u32; WAITING];
+        let mut count = usize::from(!geometry.hierarchy.nodes.is_empty());
+        while count > 0 {
+            count -= 1;
+            let node = geometry.hierarchy.nodes[open[count] as usize];
+            if !self.meets(node.bounds.min, node.bounds.max) {
+                continue;
+            }
+            if node.count == 0 {
+                open[count] = node.first;
+                open[count + 1] = node.first + 1;
+                count += 2;
+                continue;
+            }
+            let first = node.first as usize;
+            for solid in &geometry.solids[first..first + node.count as usize] {
+                self.hide(context, solid, points, lit);
+            }
+            if lit.iter().all(|lit| *lit == 0.0) {
+                return;
+            }
+        }
+    }
+
+    fn hide(&self, context: &Context, solid: &Solid, points: &Rows, lit: &mut Row) {
+        let (level, geometry) = (context.job.level, self.geometry);
+        match *solid {
+            Solid::Triangle(at) => {
+                let triangle = &geometry.triangles[at as usize];
+                let Some(halves) = self.of_triangle(triangle) else { return };
+                if geometry.throws(triangle.surface) {
+                    dispatch!(level, simd => hide_behind(simd, &halves, self.off, points, lit));
+                }
+            }
+            Solid::Sphere(at) => {
+                let sphere = &geometry.spheres[at as usize];
+                if geometry.throws(sphere.surface) {
+                    dispatch!(level, simd => self.hide_in_ball(simd, sphere, points, lit));
+                }
+            }
+            Solid::Cuboid(at) => {
+                let cuboid = &geometry.cuboids[at as usize];
+                if geometry.throws(cuboid.surface) {
+                    dispatch!(level, simd => self.hide_in_box(simd, cuboid, points, lit));
+                }
+            }
+        }
+    }
+
+    /// Behind a plane, the same plane thrice for want of others.
+    fn of_plane(&self, plane: &Plane) -> [Half; 4] {
+        let on = plane.point + self.shift;
+        let half = match self.side(plane.normal, on, 1e-12) {
+            0.0 => Half::NONE,
+            side => Half::new(-side * plane.normal, on),
+        };
+        [half, Half::ALL, Half::ALL, Half::ALL]
+    }
+
+    /// Behind a triangle's plane, and within those through its sides and the light.
+    fn of_triangle(&self, triangle: &Triangle) -> Option<[Half; 4]> {
+        let [a, b, c] = triangle.corners.map(|corner| corner.as_dvec3() + self.shift);
+        let face = (b - a).cross(c - a);
+        let side = self.side(face, a, IN_PLANE);
+        if side == 0.0 {
+            return None;
+        }
+        let edge = |from: DVec3, to: DVec3| match self.light {
+            Origin::At(apex) => Half::new(-side * (from - apex).cross(to - apex), apex),
+            Origin::Beyond(Beyond { toward, .. }) => {
+                Half::new(-side * (to - from).cross(toward), from)
+            }
+        };
+        Some([Half::new(-side * face, a), edge(a, b), edge(b, c), edge(c, a)])
+    }
+
+    /// On which side of a plane the light is; 0 in it, but for a share of the coordinates.
+    fn side(&self, normal: DVec3, on: DVec3, share: f64) -> f64 {
+        let (height, scale) = match self.light {
+            Origin::At(apex) => {
+                ((apex - on).dot(normal), (apex - self.shift).abs() + (on - self.shift).abs())
+            }
+            Origin::Beyond(Beyond { toward, .. }) => (toward.dot(normal), toward.abs()),
+        };
+        if height.abs() <= share * scale.dot(normal.abs()) { 0.0 } else { height.signum() }
+    }
+
+    #[inline(always)]
+    fn hide_in_ball<S: Simd>(&self, simd: S, sphere: &Sphere, points: &Rows, lit: &mut Row) {
+        let like = Lanes::splat(simd, 0.0);
+        let center = V3::lit(like, sphere.center.as_dvec3() + self.shift);
+        let radius2 = like.lit(f64::from(sphere.radius).powi(2));
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let point = load3(simd, points, at);
+            let (way, length) = self.way(point);
+            let to = center - point;
+            let along = to.dot(way);
+            let half2 = radius2 - to.cross(way).length_squared();
+            let half = half2.max(like).sqrt();
+            let is_met = like.lt(half2);
+            let hidden = self.blocked([along - half, along + half], length);
+            let hidden = Lanes::select(is_met, hidden, like);
+            let left = Lanes::load(simd, &lit[at..]) * (like.lit(1.0) - hidden);
+            left.store(&mut lit[at..]);
+        }
+    }
+
+    #[inline(always)]
+    fn hide_in_box<S: Simd>(&self, simd: S, cuboid: &Cuboid, points: &Rows, lit: &mut Row) {
+        let like = Lanes::splat(simd, 0.0);
+        let min = V3::lit(like, cuboid.min.as_dvec3() + self.shift);
+        let max = V3::lit(like, cuboid.max.as_dvec3() + self.shift);
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let point = load3(simd, points, at);
+            let (way, length) = self.way(point);
+            let (a, b) = (min - point, max - point);
+            let [x, y, z] =
+                [between(a.x, b.x, way.x), between(a.y, b.y, way.y), between(a.z, b.z, way.z)];
+            let (near, far) = (x[0].max(y[0]).max(z[0]), x[1].min(y[1]).min(z[1]));
+            let hidden = self.blocked([near, far], length);
+            let hidden = Lanes::select(near.lt(far), hidden, like);
+            let left = Lanes::load(simd, &lit[at..]) * (like.lit(1.0) - hidden);
+            left.store(&mut lit[at..]);
+        }
+    }
+
+    /// 1 where one of two places lies on a way of such a length.
+    #[inline(always)]
+    fn blocked<S: Simd>(&self, [near, far]: [Lanes<S>; 2], length: Lanes<S>) -> Lanes<S> {
+        let off = near.lit(self.off);
+        on_way(near, off, length).max(on_way(far, off, length))
+    }
+
+    /// The unit vector from points to the light, and how far that is.
+    #[inline(always)]
+    fn way<S: Simd>(&self, point: V3<Lanes<S>>) -> (V3<Lanes<S>>, Lanes<S>) {
+        let like = point.x;
+        match self.light {
+            Origin::At(apex) => {
+                let way = V3::lit(like, apex) - point;
+                let length =
+                    way.length_squared().sqrt().max(like.lit(f64::from(f32::MIN_POSITIVE)));
+                (way.scale(like.lit(1.0) / length), length)
+            }
+            Origin::Beyond(Beyond { toward, .. }) => (V3::lit(like, toward), like.lit(1e30)),
+        }
+    }
+}
+
+/// 1 where a place lies on a way, a little off its ends.
+#[inline(always)]
+fn on_way<S: Simd>(t: Lanes<S>, off: Lanes<S>, length: Lanes<S>) -> Lanes<S> {
+    let (zero, one) = (t.lit(0.0), t.lit(1.0));
+    let behind = Lanes::select(off.lt(t), one, zero);
+    Lanes::select(t.lt(length - off), behind, zero)
+}
+
+/// Where a way is between two planes across an axis, in units of its length.
+#[inline(always)]
+fn between<S: Simd>(a: Lanes<S>, b: Lanes<S>, way: Lanes<S>) -> [Lanes<S>; 2] {
+    let tiny = way.lit(1e-30);
+    let way = Lanes::select(way.abs().lt(tiny), tiny, way);
+    let (p, q) = (a / way, b / way);
+    [p.min(q), p.max(q)]
+}
+
+/// The points on one side of a plane: normal · point + offset ≥ 0 [m].
+#[derive(Clone, Copy)]
+struct Half {
+    normal: [f32; 3],
+    offset: f32,
+}
+
+impl Half {
+    const ALL: Self = Self { normal: [0.0; 3], offset: 1.0 };
+    const NONE: Self = Self { normal: [0.0; 3], offset: -1.0 };
+
+    fn new(normal: DVec3, on: DVec3) -> Self {
+        let unit = normal.normalize_or_zero();
+        Self { normal: unit.as_vec3().to_array(), offset: -unit.dot(on) as f32 }
+    }
+}
+
+/// Takes the light from points that lie behind the first plane by some distance, and within the others.
+#[inline(always)]
+fn hide_behind<S: Simd>(
+    simd: S,
+    [face, a, b, c]: &[Half; 4],
+    off: f64,
+    points: &Rows,
+    lit: &mut Row,
+) {
+    let zero = Lanes::splat(simd, 0.0);
+    let off = zero.lit(off);
+    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        let point = load3(simd, points, at);
+        let behind = height(simd, face, point) - off;
+        let within = height(simd, a, point).min(height(simd, b, point)).min(height(simd, c, point));
+        let own = Lanes::load(simd, &lit[at..]);
+        let own = Lanes::select(behind.min(within).lt(zero), own, zero);
+        own.store(&mut lit[at..]);
+    }
+}
+
+#[inline(always)]
+fn height<S: Simd>(simd: S, half: &Half, point: V3<Lanes<S>>) -> Lanes<S> {
+    V3::splat(simd, half.normal).dot(point) + Lanes::splat(simd, half.offset)
+}
