@@ -107,7 +107,8 @@ fn the_grid_is_the_cpus() {
             let frames = both(&gpu, &scene, &view);
             assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
             let off = differing(&frames, BOTH);
-            assert!(50 * off <= frames[1].pixels.len(), "{name} {layer:?}: {off}");
+            // At the rims of thin shafts rounding decides between two slices.
+            assert!(20 * off <= frames[1].pixels.len(), "{name} {layer:?}: {off}");
         }
     }
 }
