@@ -28,6 +28,7 @@ pub mod scene;
 pub mod selftest;
 pub mod shapes;
 pub mod shared;
+pub mod sky;
 pub mod surface;
 pub mod vector;
 

@@ -39,12 +39,16 @@ pub fn view(size: u32) -> View {
     }
 }
 
-/// Pictures that a map of a light has, one below the other.
+/// Pictures that a map of a light has, one below the other; none if its light comes from everywhere.
 pub fn pictures(light: &Light) -> u32 {
-    if light.source(0.0).apex().is_some() { 6 } else { 1 }
+    match light.lamp(0.0) {
+        Some((source, _)) if source.apex().is_some() => 6,
+        Some(_) => 1,
+        None => 0,
+    }
 }
 
-/// The map of a light, `size` pixels across.
+/// The map of a light, `size` pixels across; the sky has none, and whoever asks has seen to that.
 ///
 /// # Errors
 /// [`Interrupted`] when `progress` says so.
@@ -55,7 +59,8 @@ pub fn render(
     size: u32,
     progress: &Progress,
 ) -> Result<Frame, Interrupted> {
-    match scene.source(&scene.lights[light]).origin() {
+    let lamp = scene.lights[light].lamp(scene.fog.light_path_m);
+    match lamp.ok_or(Interrupted)?.0.origin() {
         Origin::At(apex) => around(renderer, scene, apex, size, progress),
         Origin::Beyond(beyond) => across(renderer.cpu(), scene, &beyond, size, progress),
     }

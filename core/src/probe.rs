@@ -1,19 +1,23 @@
 //! The numbers along single rays, in f64: L = e^(−T) L_p + Σ L_a + L_fog (1 − e^(−T)).
 
 use crate::airlight::fogshop2007::{CenterDepths, Eye, Sighted};
-use crate::airlight::{Method, Path, macklin2010, mapped, march, reference, sun2005};
-use crate::geometry::{Ray, parts::without};
-use crate::light::{Light, Source, least_distance};
+use crate::airlight::{Method, Path, Under, macklin2010, mapped, march, reference, sun2005};
+use crate::geometry::{Beyond, Origin, Ray, parts::without};
+use crate::light::{Source, least_distance};
 use crate::media::noise::{self, Bend};
 use crate::media::{Field, Scattering, in_channels};
 use crate::progress::{Interrupted, Progress};
 use crate::request::ProbeRay;
-use crate::scene::{CheckedScene, Octave, Projection, Rgb, Spectrum, SurfaceLighting, Vec3};
+use crate::scene::{
+    CheckedScene, Lit, Material, Octave, Projection, Rgb, Spectrum, SurfaceLighting, Vec3,
+};
 use crate::shapes::{self, Geometry};
+use crate::sky::{Part, Radiance};
 use crate::surface::attenuated;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 /// What a probe finds along one ray.
@@ -29,8 +33,8 @@ pub struct RayAnswer {
     pub airlight_by_light: Vec<Rgb>,
     /// The veil: ambient · (1 − transmittance).
     pub ambient: Rgb,
-    /// surface · transmittance + airlight + ambient; `background` stands for the surface where
-    /// nothing is hit.
+    /// surface · transmittance + airlight + ambient; the sky stands for the surface where nothing is hit, and
+    /// `background` where there is none.
     pub radiance: Rgb,
     /// The surface at the end of the ray, or null.
     pub hit: Option<Hit>,
@@ -82,8 +86,8 @@ impl Band {
         from_light: impl Fn(Source) -> Result<Arc<CenterDepths>, Interrupted>,
     ) -> Result<Self, Interrupted> {
         let method = scene.matched(scene.fog.airlight.into(), field);
-        let lights = scene.lights().filter(|_| method == Method::Fogshop2007);
-        let from_lights = lights.map(|(_, light)| from_light(scene.source(light)));
+        let lamps = scene.lamps().filter(|_| method == Method::Fogshop2007);
+        let from_lights = lamps.map(|(_, lamp)| from_light(lamp.source));
         let from_lights = from_lights.collect::<Result<_, _>>()?;
         Ok(Self { octave, field: Arc::clone(field), method, from_lights })
     }
@@ -136,7 +140,7 @@ impl<'a> Prober<'a> {
         let absorptance = channels(optical_depth).map(|depth| 0.0 - (-depth).exp_m1());
         let ambient = self.scene.fog.ambient.vector() * absorptance;
         let (surface, hit) = match hit {
-            None => (self.scene.background.vector(), None),
+            None => (self.scene.behind_all(direction), None),
             Some(hit) => {
                 let radiance = self.surface_radiance(&hit, origin, direction)?;
                 (radiance, Some(self.describe(&hit, origin, direction, radiance)))
@@ -177,17 +181,20 @@ impl<'a> Prober<'a> {
         length: f64,
         shares: &[f64],
     ) -> Result<Vec<DVec3>, Interrupted> {
-        let shadows = |(_, light): (usize, &Light)| match light.shadows() {
-            true => self.geometry.shadows(self.scene.source(light).origin(), &ray, length),
+        let shadows = |(_, lamp): (usize, Lit)| match lamp.light.shadows() {
+            true => self.geometry.shadows(lamp.source.origin(), &ray, length),
             false => Vec::new(),
         };
-        let shadows: Vec<_> = self.scene.lights().map(shadows).collect();
+        let shadows: Vec<_> = self.scene.lamps().map(shadows).collect();
         let mut by_band = Vec::with_capacity(shares.len());
         for (band, share) in shares.iter().enumerate() {
             let mut sum = vec![DVec3::ZERO; self.scene.lights.len()];
             for octave in 0..self.octaves.len() {
                 let straight = self.airlight_in([octave, band], ray, length, &shadows)?;
                 sum.iter_mut().zip(straight).for_each(|(sum, light)| *sum += light * *share);
+                for (i, own) in self.of_skies([octave, band], ray, length)? {
+                    sum[i] += own * *share;
+                }
             }
             by_band.push(sum);
         }
@@ -208,8 +215,8 @@ impl<'a> Prober<'a> {
         let band = self.octaves[octave][band].0;
         let field = &*band.field;
         let mut by_light = vec![DVec3::ZERO; self.scene.lights.len()];
-        for (place, (i, light)) in self.scene.lights().enumerate() {
-            let source = self.scene.source(light);
+        for (place, (i, lamp)) in self.scene.lamps().enumerate() {
+            let source = lamp.source;
             let shadows = &shadows[place];
             for (group, own) in self.scatterings.iter().enumerate() {
                 let Scattering { albedo, phase } = own.in_octave(band.octave);
@@ -236,12 +243,38 @@ impl<'a> Prober<'a> {
                     Method::Reference => reference::airlight_along(&path(), phase),
                     Method::March(steps) => march::airlight_along(&path(), phase, steps),
                 };
-                by_light[i] += unit * light.strength() * albedo;
+                by_light[i] += unit * lamp.strength * albedo;
             }
         }
         // What was summed up after the end is none.
         self.progress.check()?;
         Ok(by_light)
+    }
+
+    /// The same of the skies, by their places among the lights.
+    fn of_skies(
+        &self,
+        [octave, place]: [usize; 2],
+        ray: Ray,
+        length: f64,
+    ) -> Result<Vec<(usize, DVec3)>, Interrupted> {
+        let (band, bands) = (&self.octaves[octave][place].0, self.octaves[octave].len());
+        let channels = std::array::from_fn(|channel| bands == 1 || channel == place);
+        let (path_m, asked) = (self.scene.fog.light_path_m, self.scene.fog.airlight.into());
+        let of_sky = |(i, sky): (usize, &Radiance)| {
+            let under = Under { sky, path_m, ray, length, channels };
+            let of_group = |(group, own): (usize, &Scattering)| {
+                self.progress.check()?;
+                let Scattering { albedo, phase } = own.in_octave(band.octave);
+                let unit = under.airlight(&band.field, (group, phase), asked, self.progress);
+                Ok(unit * albedo)
+            };
+            let groups = self.scatterings.iter().enumerate().map(of_group);
+            let sum = groups.sum::<Result<DVec3, Interrupted>>()?;
+            self.progress.check()?;
+            Ok((i, sum))
+        };
+        self.scene.skies().map(of_sky).collect()
     }
 
     /// For the published method: a ray with what its eye knows, which the last ray's may have been.
@@ -274,10 +307,10 @@ impl<'a> Prober<'a> {
         let point = origin + hit.distance * direction;
         let material = &self.geometry.materials[hit.surface as usize];
         let mut radiance = material.emission.vector();
-        for (_, light) in self.scene.lights() {
+        for (_, lamp) in self.scene.lamps() {
             self.progress.check()?;
-            let source = self.scene.source(light);
-            if light.shadows() && self.geometry.hides_hit(source.origin(), point, hit) {
+            let source = lamp.source;
+            if lamp.light.shadows() && self.geometry.hides_hit(source.origin(), point, hit) {
                 continue;
             }
             let toward = source.toward(point.into(), least_distance(hit.distance));
@@ -290,9 +323,38 @@ impl<'a> Prober<'a> {
             let through = channels(spectrum(&transmittances(&depths)));
             let reflected =
                 material.diffuse.vector() * diffuse + material.specular.vector() * specular;
-            radiance += through * light.strength() * reflected;
+            radiance += through * lamp.strength * reflected;
+        }
+        for (_, sky) in self.scene.skies() {
+            self.progress.check()?;
+            radiance += self.reflected(sky, material, (point, hit.normal, direction));
         }
         Ok(radiance)
+    }
+
+    /// What a surface sends on of a sky's light: ∫ L e^(−T(p,ω)) (ρ/π cos θ + k_s cosⁿ θ′) dω.
+    fn reflected(
+        &self,
+        sky: &Radiance,
+        material: &Material,
+        (point, normal, direction): (DVec3, DVec3, DVec3),
+    ) -> DVec3 {
+        let is_clear = self.scene.fog.surface_lighting == SurfaceLighting::Clear;
+        let path_m = self.scene.fog.light_path_m;
+        let through = |part: &Part| {
+            let origin = Origin::Beyond(Beyond { toward: part.toward, path_m });
+            let depth = |field: &Field| field.depth_from(origin, point);
+            let depths = self.each_band(|field| if is_clear { 0.0 } else { depth(field) });
+            part.weight * channels(spectrum(&transmittances(&depths)))
+        };
+        let matte: DVec3 = sky.on_surface(normal).iter().map(through).sum();
+        let mut radiance = material.diffuse.vector() * matte * FRAC_1_PI;
+        if material.specular.vector() != DVec3::ZERO {
+            let lobe = sky.in_lobe(normal, direction, material.shininess);
+            let glossy: DVec3 = lobe.iter().map(through).sum();
+            radiance += material.specular.vector() * glossy;
+        }
+        radiance
     }
 
     fn describe(&self, hit: &shapes::Hit, origin: DVec3, direction: DVec3, radiance: DVec3) -> Hit {

@@ -386,8 +386,15 @@ impl OpticalDepthRequest {
                 Some(0)
             }
         };
-        if light.is_none() {
-            check.refuse(Code::UnknownWord, || "/light".into(), "the scene has no such light");
+        match light.map(|light| lights.get(light)) {
+            None => {
+                check.refuse(Code::UnknownWord, || "/light".into(), "the scene has no such light");
+            }
+            Some(Some(light)) if light.sky().is_some() => {
+                let why = "a sky shines from everywhere: it has no map";
+                check.refuse(Code::Conflict, || "/light".into(), why);
+            }
+            Some(_) => {}
         }
         let of = DepthsOf::Light(light.unwrap_or(0), self.size.unwrap_or(1));
         Ok((check_scene(check, self.scene)?, of))

@@ -6,13 +6,16 @@ use fogbank_core::compare::{self, CompareRequest, Side};
 use fogbank_core::gpu::{self, Gpu};
 use fogbank_core::image::{EncodeError, Format, encode, encode_errors};
 use fogbank_core::request::{Options, ProbeRequest, RayRequest, RenderRequest};
-use fogbank_core::scene::{self, Problem, ReadError, Scene};
+use fogbank_core::scene::limits::COUNTS;
+use fogbank_core::scene::{self, Code, Environment, Light, Problem, Radiance, ReadError, Scene};
+use fogbank_core::sky::RadianceMap;
 use fogbank_core::{Interrupted, Progress, Renderer, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use schemars::schema_for;
 use serde::Serialize;
+use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Why a command failed.
@@ -225,10 +228,41 @@ pub fn read_scene(name: &str) -> Result<Scene, Failure> {
         let hint = if is_preset { format!("; the preset is preset:{name}") } else { String::new() };
         Failure::new(name, format_args!("{error}{hint}"))
     })?;
-    scene::read(&json).map_err(|error| match error {
+    let mut scene: Scene = scene::read(&json).map_err(|error| match error {
         ReadError::NotJson(_) => Failure { cause: Cause::Invalid, ..Failure::new(name, error) },
         ReadError::Invalid(problems) => invalid_scene(name, problems),
-    })
+    })?;
+    let beside = Path::new(name).parent().unwrap_or(Path::new(""));
+    read_skies(&mut scene, beside).map_err(|problem| invalid_scene(name, vec![problem]))?;
+    Ok(scene)
+}
+
+/// Reads the pictures of skies, which a scene names relative to its own file.
+fn read_skies(scene: &mut Scene, beside: &Path) -> Result<(), Problem> {
+    for (i, light) in scene.lights.iter_mut().enumerate() {
+        let Light::Environment(Environment { radiance: Radiance::ImageSky(sky), .. }) = light
+        else {
+            continue;
+        };
+        let file = beside.join(&sky.file);
+        let read = sky_file(&file).and_then(|bytes| RadianceMap::read(&bytes));
+        sky.show(read.map_err(|why| {
+            let detail = format!("{}: {why}", file.display());
+            let pointer = format!("/lights/{i}/radiance/file");
+            Problem { code: Code::Conflict, pointer, detail }
+        })?);
+    }
+    Ok(())
+}
+
+/// The bytes of such a file, of which no more than any sky has are read.
+fn sky_file(file: &Path) -> Result<Vec<u8>, String> {
+    /// Four floats a pixel.
+    const MOST: u64 = 16 * COUNTS.sky_pixels as u64 + (1 << 20);
+    let mut bytes = Vec::new();
+    let read = File::open(file).and_then(|file| file.take(MOST).read_to_end(&mut bytes));
+    read.map_err(|error| error.to_string())?;
+    Ok(bytes)
 }
 
 fn invalid_scene(name: &str, problems: Vec<Problem>) -> Failure {

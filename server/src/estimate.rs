@@ -4,7 +4,8 @@
 use crate::queue::Lane;
 use fogbank_core::image::Format;
 use fogbank_core::request::View;
-use fogbank_core::scene::{Airlight, CheckedScene};
+use fogbank_core::scene::{Airlight, CheckedScene, Light};
+use fogbank_core::sky::Fineness;
 
 /// Pairs of a pixel and a blob, or what else a ray sums up, in a picture that looks short. Two processors take about two
 /// seconds for so many.
@@ -14,18 +15,24 @@ const SHORT_PAIRS: u64 = 4_000_000_000;
 /// hundred times as long as pixels, which share most of their work.
 const SHORT_TRIPLES: u64 = 10_000_000;
 
+/// Places at which what is left of a sky is summed up.
+const SKY_PLACES: u64 = 1 << 16;
+
 /// The lane of a picture.
 pub fn lane_of_picture(scene: &CheckedScene, view: &View) -> Lane {
     let pixels = u64::from(view.width) * u64::from(view.height);
-    lane(
-        scene,
-        pixels.saturating_mul(1 + terms(scene)).saturating_mul(integrals(scene)) <= SHORT_PAIRS,
-    )
+    // Parts of skies at the places of a table, or at about as many of the picture.
+    let skies = scene.skies().count() as u64 * Fineness::FAST.parts() as u64 * SKY_PLACES;
+    let pairs = pixels.saturating_add(skies).saturating_mul(1 + terms(scene));
+    lane(scene, pairs.saturating_mul(integrals(scene)) <= SHORT_PAIRS)
 }
 
 /// The lane of a probe.
 pub fn lane_of_probe(scene: &CheckedScene, rays: usize) -> Lane {
-    let lights = 1 + scene.lights.len() as u64;
+    // A sky is summed up as so many suns.
+    let suns =
+        |light: &Light| if light.sky().is_some() { Fineness::FAST.parts() as u64 } else { 1 };
+    let lights = 1 + scene.lights.iter().map(suns).sum::<u64>();
     let pairs = (rays as u64).saturating_mul(lights).saturating_mul(1 + terms(scene));
     let triples = pairs.saturating_mul(integrals(scene));
     lane(scene, triples <= SHORT_TRIPLES)
@@ -114,6 +121,17 @@ mod tests {
         assert_eq!(lane_of_probe(&scene, 1000), Lane::Short);
         assert_eq!(lane_of_probe(&scene, 10_000_000), Lane::Long);
         assert_eq!(probe_bytes(&scene, 1), 512 + 25 * (25 + 24));
+    }
+
+    #[test]
+    fn a_sky_is_as_many_suns_as_it_has_parts() {
+        let lane = |light: &str, rays: usize| {
+            let json = format!(r#"{{"scene": {{"lights": [{light}]}}, "rays": []}}"#);
+            let request: ProbeRequest = scene::read(json.as_bytes()).unwrap();
+            lane_of_probe(&request.check().unwrap().0, rays)
+        };
+        assert_eq!(lane(r#"{"kind": "sun"}"#, 200_000), Lane::Short);
+        assert_eq!(lane(r#"{"kind": "environment"}"#, 200_000), Lane::Long);
     }
 
     #[test]

@@ -40,7 +40,8 @@ pub fn measure(airlight: Airlight) -> [f64; 3] {
 
 /// The presets of the papers; those that are about light alone add nothing to what is said of fog.
 fn about_fog() -> impl Iterator<Item = Preset> {
-    const ABOUT_LIGHT: [&str; 2] = ["nave-shafts", "lighthouse"];
+    const ABOUT_LIGHT: [&str; 5] =
+        ["nave-shafts", "lighthouse", "terrain-sky", "city-sky", "vehicle-sky"];
     presets::all().into_iter().filter(|preset| !ABOUT_LIGHT.contains(&preset.name))
 }
 
@@ -116,6 +117,7 @@ fn unshaded(mut scene: Scene) -> Scene {
             Light::Point(light) => light.shadows = false,
             Light::Spot(light) => light.shadows = false,
             Light::Sun(light) => light.shadows = false,
+            Light::Environment(_) => {}
         }
     }
     scene

@@ -17,6 +17,7 @@ pub mod quadrature;
 pub mod scenes;
 pub mod selftest;
 pub mod server;
+pub mod skies;
 pub mod soak;
 pub mod trials;
 pub mod walk;

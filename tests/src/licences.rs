@@ -39,6 +39,10 @@ fn row(line: &str) -> Option<String> {
     if name.starts_with("fogbank-") {
         return None;
     }
-    let source = source.trim_end_matches(" (*)");
+    let source = match source.trim_end_matches(" (*)") {
+        // Some do not say where they come from: the registry does.
+        "" => format!("https://crates.io/crates/{name}"),
+        told => told.to_owned(),
+    };
     Some(format!("| {name} | {version} | {licence} | {source} |\n"))
 }

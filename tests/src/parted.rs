@@ -2,6 +2,8 @@
 
 use crate::scenes::{Random, homogeneous};
 use crate::trials::Trial;
+use fogbank_core::presets;
+use fogbank_core::scene::Scene;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -10,7 +12,15 @@ pub fn parted() -> Vec<Trial> {
     let light = [soft_cone(), hard_cones(), ball(), fence(), fence_in_smoke(), sun_in_patches()];
     let more =
         [tube(), lit_tube(), sixteen(), four_groups(), headlight(), drawing(), drawing_in_sun()];
-    light.into_iter().chain(more).collect()
+    light.into_iter().chain(more).chain([city()]).collect()
+}
+
+/// Streets between towers, seen from so far that an edge of a shadow is narrower than what the rows tell apart.
+fn city() -> Trial {
+    let found = presets::all().into_iter().find(|preset| preset.name == "city-353");
+    let scene = found.map_or_else(Scene::default, |preset| preset.scene);
+    let scene = serde_json::to_value(scene).unwrap_or_default();
+    Trial::new("city", "a city street at night", scene)
 }
 
 fn trial(name: &str, title: &str, surfaces: Vec<Value>, lights: Value, fog: Value) -> Trial {

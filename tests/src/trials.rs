@@ -153,9 +153,9 @@ fn near_lamps(
 ) -> Vec<usize> {
     let rays = pixel_rays(scene, width, height);
     let mut near = Vec::new();
-    for (_, light) in scene.lights() {
+    for (_, lit) in scene.lamps() {
         let image = |ray: usize| {
-            let to: DVec3 = light.source(100.0).place() - rays[ray].origin;
+            let to: DVec3 = lit.source.place() - rays[ray].origin;
             to.normalize().dot(rays[ray].direction)
         };
         let closest = (0..rays.len()).max_by(|a, b| image(*a).total_cmp(&image(*b))).unwrap_or(0);
@@ -179,7 +179,15 @@ fn near_lamps(
 /// All lists.
 pub fn all() -> Vec<Trial> {
     let others = exact().into_iter().chain(hard()).chain(layered()).chain(smoke());
-    others.chain(families()).chain(sunlit()).collect()
+    others.chain(families()).chain(sunlit()).map(unshaded).collect()
+}
+
+/// These trials are about fog: nothing hides its light. Of shadows there are others.
+fn unshaded(mut trial: Trial) -> Trial {
+    for light in trial.scene["lights"].as_array_mut().into_iter().flatten() {
+        light["shadows"] = false.into();
+    }
+    trial
 }
 
 /// Scenes of the other lists by daylight: the sun, and in one of them a lamp as well, through every medium.
@@ -451,7 +459,6 @@ fn camera(position: [f64; 3], target: [f64; 3]) -> Value {
         "projection": { "kind": "perspective", "vertical_fov_deg": 50 } })
 }
 
-/// These trials are about fog: nothing hides its light.
 fn lamp(position: [f64; 3], intensity: [f64; 3]) -> Value {
     json!({ "kind": "point", "position": position, "intensity": intensity, "shadows": false })
 }

@@ -402,3 +402,37 @@ fn serve_says_where_it_listens_and_nothing_else() {
     assert!(taken.contains(&server.address), "{taken}");
     assert_eq!(server.stop(), "");
 }
+
+/// An HDR file of one colour, 1 W/(m² sr), of so many pixels as it says.
+fn hdr(says: &str, pixels: usize) -> Vec<u8> {
+    let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{says}\n").into_bytes();
+    bytes.extend([128, 128, 128, 129].repeat(pixels));
+    bytes
+}
+
+/// A sky's picture is read beside the scene; what is no picture, or none that fits, is said with its place.
+#[test]
+fn a_sky_may_be_a_picture_in_a_file() {
+    let with = |name: &str, image: &str| {
+        let radiance = json!({ "kind": "image", "file": image });
+        let scene = json!({ "lights": [{ "kind": "environment", "radiance": radiance }] });
+        scene_file(name, &scene)
+    };
+    std::fs::write(file("sky.hdr"), hdr("-Y 4 +X 8", 32)).unwrap();
+    let scene = with("sky.json", "cli-sky.hdr");
+    let answer = succeed(&["probe", &scene, "--origin", "0,0,0", "--direction", "0,0.6,0.8"]);
+    let answer: Value = serde_json::from_slice(&answer).unwrap();
+    assert_eq!(answer["rays"][0]["radiance"], json!([1.0, 1.0, 1.0]), "{answer}");
+    std::fs::write(file("huge.hdr"), hdr("-Y 65535 +X 65535", 1)).unwrap();
+    std::fs::write(file("short.hdr"), hdr("-Y 4 +X 8", 1)).unwrap();
+    for (image, words) in [
+        ("cli-huge.hdr", "65535×65535"),
+        ("cli-short.hdr", "cli-short.hdr"),
+        ("cli-nowhere.exr", "No such file"),
+        ("cli-sky.json", "neither an EXR nor an HDR"),
+    ] {
+        let scene = with("wrong-sky.json", image);
+        let error = fail(&["probe", &scene, "--origin", "0,0,0", "--direction", "0,0,1"], 3);
+        assert!(error.contains("/lights/0/radiance/file") && error.contains(words), "{error}");
+    }
+}

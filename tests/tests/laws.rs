@@ -499,7 +499,7 @@ fn airlight_stays_below_what_no_fog_attenuates() {
         scene["fog"]["albedo"] = json!([1, 1, 1]);
         scene["lights"] = json!([{ "kind": "point", "position": random.point(6.0).to_array(),
                                    "intensity": [1, 1, 1] }]);
-        let light = crate::scene(scene).lights().next().unwrap().1.source(100.0).place();
+        let light = crate::scene(scene).lamps().next().unwrap().1.source.place();
         let rays = rays(random);
         for (airlight, ray) in airlights(scene, &rays).iter().zip(&rays) {
             let closest = (light - ray.origin).dot(ray.direction);

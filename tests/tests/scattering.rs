@@ -144,8 +144,8 @@ fn each_group_scatters_by_its_own_albedo_and_phase() {
     for (ray, answer) in rays.iter().zip(probe(&checked, &rays)) {
         let length = answer.hit.as_ref().map_or(checked.far_m, |hit| hit.distance_m);
         let mut expected = DVec3::ZERO;
-        for (_, light) in checked.lights() {
-            let at = light.source(100.0).place();
+        for (_, lit) in checked.lamps() {
+            let at = lit.source.place();
             let to = at - ray.origin;
             let (closest, miss) = (to.dot(ray.direction), to.cross(ray.direction).length());
             for ((term, phase), albedo) in terms.iter().zip(phases).zip(albedos) {
@@ -158,7 +158,7 @@ fn each_group_scatters_by_its_own_albedo_and_phase() {
                 };
                 let angle = |t: f64| ((t - closest) / miss).atan();
                 let sum = integrate(angle(0.0), angle(length), &glow);
-                expected += sum * light.strength() * DVec3::from(albedo);
+                expected += sum * lit.strength * DVec3::from(albedo);
             }
         }
         for (a, b) in answer.airlight.0.iter().zip(expected.to_array()) {

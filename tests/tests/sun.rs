@@ -161,7 +161,7 @@ fn a_surface_gets_what_is_left_of_its_irradiance() {
 #[test]
 fn the_sun_is_the_same_everywhere() {
     let light: Light = serde_json::from_value(json!({ "kind": "sun" })).unwrap();
-    let Source::Sun(place) = light.source(PATH_M) else { unreachable!("a sun") };
+    let Some((Source::Sun(place), _)) = light.lamp(PATH_M) else { unreachable!("a sun") };
     assert!((place.0.toward.length() - 1.0).abs() < 1e-15);
     let at = |x: f64| {
         let json = sunlit(&json!([homogeneous(0.1)]), [0.2, -1.0, 0.1], 0.3);
@@ -195,7 +195,8 @@ fn the_methods_of_the_papers_take_the_sun() {
     for (terms, airlight, allowed) in [
         (json!([homogeneous(0.1)]), "sun2005", 1e-9),
         (json!([homogeneous(1e-9)]), "macklin2010", 1e-7),
-        (smoke, "fogshop2007", 0.05),
+        // It takes the sun's light through a blob as that to its middle.
+        (smoke, "fogshop2007", 0.1),
     ] {
         let (found, wanted) = (of(&terms, airlight), of(&terms, "reference"));
         assert!((found / wanted - 1.0).abs() < allowed, "{airlight}: {found} {wanted}");

@@ -367,9 +367,9 @@ fn within(path: &Path, phase: PhaseFunction, from: f64, to: f64) -> f64 {
             sum += weight / slope * arrival.falloff(value);
             met += weight / slope * path.extinction_of_lumps(t) * (-path.depth_of_lumps(t)).exp();
         }
-        let agree = (sum - coarse).abs() <= AGREE * sum;
+        let agree = (sum - coarse).abs() <= path.slack() * AGREE * sum;
         coarse = sum;
-        if agree && (met - removed).abs() <= UNMET * removed {
+        if agree && (met - removed).abs() <= path.slack() * UNMET * removed {
             return sum;
         }
     }

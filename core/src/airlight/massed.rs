@@ -9,6 +9,8 @@ use crate::phase::PhaseFunction;
 
 /// Parts of a section. What they miss falls with the square of their number: 1e-5 of smooth fog.
 const PARTS: u32 = 1024;
+/// Under a sky, whose light is known to no more than 1e-3.
+const PARTS_UNDER_SKY: u32 = 128;
 
 /// Finest lengths of a fog that the largest rule still tells on a section: some 120 of its waves.
 const TOLD: f64 = 800.0;
@@ -25,14 +27,15 @@ pub fn airlight(
     [from, to]: [f64; 2],
     at: impl Fn(f64) -> f64,
 ) -> f64 {
+    let parts = if path.slack() > 1.0 { PARTS_UNDER_SKY } else { PARTS };
     let place = |i: u32| match i {
         0 => from,
-        PARTS => to,
-        _ => at(f64::from(i) / f64::from(PARTS)).clamp(from, to),
+        i if i == parts => to,
+        _ => at(f64::from(i) / f64::from(parts)).clamp(from, to),
     };
     let mut before = Place::new(path, from);
     let mut sum = 0.0;
-    for i in 1..=PARTS {
+    for i in 1..=parts {
         let next = Place::new(path, place(i));
         sum += part(path, phase, &before, &next);
         before = next;

@@ -12,9 +12,11 @@ pub mod march;
 mod massed;
 mod path;
 pub mod reference;
+mod sky;
 pub mod sun2005;
 
 pub(crate) use path::Path;
+pub(crate) use sky::Under;
 
 use crate::media::{Field, Scattering, Term};
 use about::{About, Exactness, Takes};

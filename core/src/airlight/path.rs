@@ -1,11 +1,14 @@
 //! The fog along one view ray and from there to one light, exact and in f64: what the methods that sum
 //! up the integrand itself have in common.
 
-use crate::geometry::{Ray, parts::without};
-use crate::light::{Arrival, Crossed, Source, ToLight};
+use crate::geometry::{Beyond, Ray, parts::without};
+use crate::light::{Arrival, Crossed, Source, ToLight, sun};
 use crate::media::{Along, Field, Sum, Ways};
 use crate::phase::PhaseFunction;
 use crate::progress::{Progress, Watch};
+use crate::sky::SkyWays;
+use glam::DVec3;
+use std::rc::Rc;
 
 /// A view ray and a light, with the fog that matters to them to rounding.
 ///
@@ -33,7 +36,7 @@ pub(crate) struct Path<'a> {
     /// What is not.
     lumps: Sum<dyn Along>,
     /// Between the light and the ray.
-    shading: Sum<dyn Ways>,
+    shading: Shading,
     watch: Option<Watch<'a>>,
 }
 
@@ -55,9 +58,22 @@ impl<'a> Path<'a> {
             lit: vec![lit],
             smooth,
             lumps,
-            shading: field.ways(light.origin(), [ray.origin, ray.at(length)]),
+            shading: Shading::Lamp(field.ways(light.origin(), [ray.origin, ray.at(length)])),
             watch: None,
         }
+    }
+
+    /// The same under one channel of a sky, to be summed up as a sun that is as strong and scattered evenly.
+    pub fn under(
+        field: &Field,
+        group: usize,
+        (sky, channel): (&Rc<SkyWays>, usize),
+        ray: Ray,
+        length: f64,
+    ) -> Self {
+        let sun = Source::Sun(sun::Place(Beyond { toward: DVec3::Y, path_m: 0.0 }));
+        let shading = Shading::Sky(Rc::clone(sky), channel);
+        Self { shading, ..Self::new(field, group, sun, ray, length) }
     }
 
     /// Where nothing stands between the ray and the light but in some parts of it, ascending [m].
@@ -74,6 +90,14 @@ impl<'a> Path<'a> {
     /// Whether so many terms may be summed up.
     fn goes_on(&self, terms: usize) -> bool {
         self.watch.as_ref().is_none_or(|watch| watch.allows(terms + 1))
+    }
+
+    /// By how much farther apart two rules may be that agree: the sum over a sky's parts is no better.
+    pub fn slack(&self) -> f64 {
+        match self.shading {
+            Shading::Lamp(_) => 1.0,
+            Shading::Sky(..) => 10.0,
+        }
     }
 
     /// β [1/m] at the ray parameter `t` [m].
@@ -131,8 +155,13 @@ impl<'a> Path<'a> {
 
     /// T from the light to the ray parameter `t` [m].
     pub fn shade(&self, t: f64) -> f64 {
-        let shades = self.goes_on(self.shading.terms());
-        if shades { self.shading.depth_to(self.ray.at(t)) } else { 0.0 }
+        if !self.goes_on(self.shading.terms()) {
+            return 0.0;
+        }
+        match &self.shading {
+            Shading::Lamp(ways) => ways.depth_to(self.ray.at(t)),
+            Shading::Sky(ways, channel) => ways.depth_to(t, self.ray.at(t), *channel),
+        }
     }
 
     /// β k(α) e^(−T(v,x)−T(x,s)) of the group at the ray parameter `t` [m], and what arrives there of the light.
@@ -218,6 +247,23 @@ impl<'a> Path<'a> {
         /// Its radii that a panel of fifteen nodes may be long.
         const RADII: f64 = 5.0;
         RADII * self.finest_m(start, end)
+    }
+}
+
+/// What lies between a light and a ray.
+enum Shading {
+    /// On the ways of a lamp's light.
+    Lamp(Sum<dyn Ways>),
+    /// On those of all parts of a sky, of which one channel is looked at.
+    Sky(Rc<SkyWays>, usize),
+}
+
+impl Shading {
+    fn terms(&self) -> usize {
+        match self {
+            Self::Lamp(ways) => ways.terms(),
+            Self::Sky(ways, _) => ways.terms(),
+        }
     }
 }
 

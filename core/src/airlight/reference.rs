@@ -41,7 +41,7 @@ pub(crate) fn airlight_along(path: &Path, phase: PhaseFunction) -> f64 {
         if !phase.is_isotropic() {
             panels = within_turns(&panels);
         }
-        quadrature::adaptive(&panels, 1e-7, |u| integrand(path, phase, u))
+        quadrature::adaptive(&panels, path.slack() * 1e-7, |u| integrand(path, phase, u))
     };
     path.lit(0.0, path.length).map(of_part).sum()
 }

@@ -2,12 +2,12 @@
 
 use super::lit::Lit;
 use super::noise::bend;
+use super::sky;
 use super::views::{bundle_of_views, near_views};
 use crate::airlight::fogshop2007::{self, LightRow, add_airlight};
 use crate::airlight::{Method, Path, macklin2010, march, reference, sun2005};
 use crate::frame::context::{Context, Lamp, Scatter};
-use crate::geometry::Ray;
-use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, get3, load3};
+use crate::geometry::batch::{Ends, Fogged, Hits, Rays, Row, SIZE, load3};
 use crate::light::{Crossed, Source, ToLight};
 use crate::media::gaussians::BlobList;
 use crate::media::{Medium, Purpose};
@@ -48,6 +48,7 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
     let method = if context.shows_airlight() { context.method } else { Method::None };
     if method == Method::Fogshop2007 {
         published(context, asked, rays, hits, &mut fogged);
+        sky::add_published(context, asked, (rays, hits), &mut fogged.airlight, &fogged.depth);
         return fogged;
     }
     let near = near_views(context, &[Ends { rays, hits }], context.purpose());
@@ -65,11 +66,17 @@ fn along(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits) -> Fogged
         }
         Method::None | Method::Auto | Method::Fogshop2007 => {}
     }
+    if matches!(context.asked, Method::Sun2005 | Method::Macklin2010) {
+        sky::add_published(context, asked, (rays, hits), &mut fogged.airlight, &fogged.depth);
+    }
     fogged
 }
 
 /// Optical depth, and airlight as published.
 fn published(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits, fogged: &mut Fogged) {
+    // Skies, which come last, have no blobs' closed form.
+    let lamps = asked.partition_point(|i| context.lamp_of(*i).of_sky.is_none());
+    let asked = &asked[..lamps];
     let haze = fogshop2007::haze(context.field) as f32;
     fogged.depth = hits.length.map(|length| length * haze);
     let factor = |scatter: &Scatter| context.lit_blobs[scatter.lamp].homogeneous_factor;
@@ -97,7 +104,11 @@ fn add_homogeneous(
     }
     for (i, row) in asked.iter().zip(&mut fogged.airlight) {
         let scatter = &context.scatters[*i];
-        let (lamp, factor) = (&context.lamps[scatter.lamp], factor(scatter));
+        let lamp = &context.lamps[scatter.lamp];
+        if lamp.of_sky.is_some() && context.asked != Method::Auto {
+            continue;
+        }
+        let factor = factor(scatter);
         let is_thin = context.method == Method::Macklin2010;
         dispatch!(context.job.level, simd => if is_thin {
             add_closed::<_, true>(simd, (beta, factor), lamp, (rays, hits), row);
@@ -199,10 +210,10 @@ fn add_slabs(context: &Context, asked: &[usize], rays: &Rays, hits: &Hits, airli
         list.in_parts(context.job.progress, |list| {
             for (i, row) in asked.iter().zip(airlight.iter_mut()) {
                 let scatter = &context.scatters[*i];
-                if scatter.group != group {
+                let lamp = &context.lamps[scatter.lamp];
+                if scatter.group != group || lamp.of_sky.is_some() {
                     continue;
                 }
-                let lamp = &context.lamps[scatter.lamp];
                 dispatch!(context.job.level, simd => if parallel {
                     add_slabs_of::<_, true>(simd, list, lamp, (rays, hits), row);
                 } else {
@@ -282,13 +293,15 @@ fn add_ray_by_ray(
         if context.job.progress.is_over() {
             return;
         }
-        let origin = context.viewpoint.position + get3(&rays.offset, at).as_dvec3();
-        let direction = get3(&rays.direction, at).as_dvec3().normalize();
-        let ray = Ray { origin, direction };
-        let length = f64::from(hits.length[at]);
+        let (ray, length) = sky::in_full(context, rays, hits, at);
+        let mut ways = sky::Ways::default();
         for (i, row) in asked.iter().zip(airlight.iter_mut()) {
             let Scatter { lamp, group, phase, .. } = context.scatters[*i];
             let lamp = &context.lamps[lamp];
+            if let Some(own) = &lamp.of_sky {
+                row[at] += ways.airlight(context, (lamp, own), group, (ray, length)) as f32;
+                continue;
+            }
             let shadows = context.shadows(lamp, &ray, length);
             let path = Path::new(context.field, group, lamp.source, ray, length).shaded(&shadows);
             let path = path.of(context.job.progress);

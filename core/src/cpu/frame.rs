@@ -12,6 +12,7 @@ use crate::frame::cache::Cache;
 use crate::frame::context::Context;
 use crate::frame::lights::{cast, fill_tables, light_sides};
 use crate::frame::samples::CENTER;
+use crate::frame::skies;
 use crate::frame::{Frame, Lap};
 use crate::geometry::batch::{Ends, Fogged, Row, TILE};
 use crate::kept::{Kept, Same};
@@ -45,11 +46,9 @@ pub fn render(
     let bands = octaves[0].1.each().len();
     let context = |(octave, band): (usize, usize)| {
         let (octave, bands) = &octaves[octave];
-        let field = (&bands.each()[band], *octave);
-        Context {
-            is_band: bands.each().len() > 1,
-            ..Context::new(scene, &geometry, field, view, progress)
-        }
+        let channel = (bands.each().len() > 1).then_some(band);
+        let field = (&bands.each()[band], *octave, channel);
+        Context::new(scene, &geometry, field, view, progress)
     };
     // Band by band, the octaves of each behind it.
     let all = (0..bands).flat_map(|band| (0..octaves.len()).map(move |octave| (octave, band)));
@@ -81,6 +80,13 @@ pub fn render(
         fills |= fill_tables(context, cache)?;
     }
     clock.lap("light_depth", fills)?;
+    if contexts.iter().any(|context| !context.skies.is_empty()) {
+        let (mut fills, count) = (false, contexts.len());
+        for context in &mut contexts {
+            fills |= skies::fill(context, cache, count)?;
+        }
+        clock.lap("sky", fills)?;
+    }
     // All bands and octaves see the same shadows.
     let casts = cast(&mut contexts[0], cache)?;
     let shafts: Vec<_> = contexts[0].lamps.iter().map(|lamp| lamp.shafts.clone()).collect();
@@ -212,7 +218,7 @@ struct Lamps<K, T> {
 
 impl Lamps<Shading, Depths> {
     fn shading(context: &Context, passes: &Passes, traced: &Arc<Traced>) -> Self {
-        let lamps = if context.shows_surfaces() { context.lamps.len() } else { 0 };
+        let lamps = if context.shows_surfaces() { context.direct().len() } else { 0 };
         let keys = (0..lamps).map(|i| Shading::new(context, traced, i)).collect();
         Self::find(keys, false, |key| passes.depths.find(key))
     }

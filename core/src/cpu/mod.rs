@@ -13,6 +13,7 @@ mod passes;
 mod places;
 mod shade;
 mod shadow;
+mod sky;
 mod tiles;
 mod trace;
 mod traced;

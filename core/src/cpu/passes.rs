@@ -10,6 +10,8 @@ use super::traced::Traced;
 use crate::airlight::Method;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
+use crate::frame::skies::OfSky;
+use crate::frame::sky_table::SkyTable;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::batch::{Fogged, Row};
 use crate::kept::{Kept, Most, Same};
@@ -20,6 +22,7 @@ use crate::phase::PhaseFunction;
 use crate::request::{Options, Quality};
 use crate::scene::Camera;
 use crate::shapes::Geometry;
+use crate::sky::Radiance;
 use std::sync::Arc;
 
 /// First hits, with the samples of edges.
@@ -78,12 +81,21 @@ struct Light {
     /// Whether surfaces hide it: which ones do follows from the rays.
     is_shaded: bool,
     table: Option<Same<Option<LightTable>>>,
+    sky: Option<UnderSky>,
 }
 
+/// A lamp that stands for a sky: how bright that is, what is left of it over space, and which channel by which phase
+/// function it is.
+type UnderSky = (Radiance, Same<Option<SkyTable>>, OfSky);
+
 impl Light {
-    fn new(lamp: &Lamp) -> Self {
+    fn new(context: &Context, lamp: &Lamp) -> Self {
         let table = lamp.table.is_some().then(|| Same::new(&lamp.table));
-        Self { source: lamp.source, is_shaded: lamp.is_shaded, table }
+        let sky = lamp.of_sky.map(|own| {
+            let sky = &context.skies[own.sky];
+            (sky.radiance.clone(), Same::new(&sky.table), own)
+        });
+        Self { source: lamp.source, is_shaded: lamp.is_shaded, table, sky }
     }
 }
 
@@ -92,7 +104,7 @@ impl Fogging {
     pub fn new(context: &Context, traced: &Arc<Traced>, scatter: Option<usize>) -> Self {
         let sources = context.lamps.iter().map(|lamp| lamp.source);
         let of = |i: usize| &context.scatters[i];
-        let light = |i: usize| Light::new(&context.lamps[of(i).lamp]);
+        let light = |i: usize| Light::new(context, &context.lamps[of(i).lamp]);
         let together = if context.has_grid() { context.lamps.as_slice() } else { &[] };
         Self {
             traced: Same::new(traced),
@@ -107,7 +119,7 @@ impl Fogging {
             is_hasty: context.view.is_hasty,
             lamp: scatter.map(light),
             glows: if context.is_low() { sources.collect() } else { Vec::new() },
-            together: together.iter().map(Light::new).collect(),
+            together: together.iter().map(|lamp| Light::new(context, lamp)).collect(),
         }
     }
 }
@@ -116,7 +128,7 @@ impl Shading {
     /// Of a frame's surfaces and one of its lamps, by its place.
     pub fn new(context: &Context, traced: &Arc<Traced>, lamp: usize) -> Self {
         let lamp = &context.lamps[lamp];
-        let mut light = Light::new(lamp);
+        let mut light = Light::new(context, lamp);
         light.table = light.table.filter(|_| context.looks_up_lights());
         let (traced, field) = (Same::new(traced), Same::new(context.field));
         let step = if context.is_low() { context.step() } else { 1 };

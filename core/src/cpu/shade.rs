@@ -1,7 +1,9 @@
 //! Surface radiance of a batch of hits: direct light through the fog, and emission.
 
+use super::sky;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
+use crate::frame::sky_table::depth_beyond;
 use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::{Beyond, Origin};
@@ -78,44 +80,31 @@ pub fn from_beyond(
     lamp: &Lamp,
     beyond: &Beyond,
     points: &Rows,
-    wanted: impl Iterator<Item = usize> + Clone,
+    mut wanted: impl Iterator<Item = usize> + Clone,
     looks_up: bool,
 ) -> Row {
     let Context { job, field, viewpoint, .. } = context;
+    let Some(table) = lamp.table.as_ref().as_ref().filter(|_| looks_up) else {
+        return depth_beyond(
+            job,
+            field,
+            viewpoint.position,
+            beyond,
+            Purpose::Depth,
+            points,
+            wanted,
+        );
+    };
     let mut depth = [0.0; SIZE];
     let [x, y, z] = points;
     let haze = field.smooth(viewpoint.position, Legs::OfLights);
     haze.add_beyond(job.level, beyond, [x, y, z], &mut depth);
-    if field.lumps() == 0 || wanted.clone().next().is_none() || job.progress.is_over() {
+    if field.lumps() == 0 || wanted.next().is_none() || job.progress.is_over() {
         return depth;
     }
-    if let Some(table) = lamp.table.as_ref().as_ref().filter(|_| looks_up) {
-        let apex = table.apex() - viewpoint.position;
-        dispatch!(job.level, simd => add_from_table(simd, table, apex, points, &mut depth));
-        return depth;
-    }
-    let middle = middle(points, wanted.clone());
-    let ways = Ways::beyond(beyond, points, middle);
-    let radius2 = wanted.map(|at| get3(points, at).distance_squared(middle)).fold(0.0, f32::max);
-    let radius = f64::from(radius2.sqrt()) * 1.000_001;
-    let origin = viewpoint.position + middle.as_dvec3();
-    let axis = beyond.toward;
-    let length = field.reach(origin) + radius;
-    let bundle = Bundle { origin, axis, radius, tan: 0.0, length };
-    let near = field.near_lumps(job.level, bundle, 0.0, Purpose::Depth);
-    let length = [length as f32; SIZE];
-    near.add_depth(job, &ways, true, &length, &mut depth);
+    let apex = table.apex() - viewpoint.position;
+    dispatch!(job.level, simd => add_from_table(simd, table, apex, points, &mut depth));
     depth
-}
-
-/// The middle of the box around some points.
-fn middle(points: &Rows, wanted: impl Iterator<Item = usize>) -> Vec3 {
-    let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for at in wanted {
-        let point = get3(points, at);
-        (min, max) = (min.min(point), max.max(point));
-    }
-    0.5 * (min + max)
 }
 
 #[inline(always)]
@@ -178,17 +167,6 @@ impl Ways {
         Self { rays, length }
     }
 
-    /// From points to beyond everything; they start relative to a place.
-    fn beyond(beyond: &Beyond, points: &Rows, middle: Vec3) -> Rays {
-        let mut rays = Rays::empty();
-        for at in 0..SIZE {
-            let start = get3(points, at) - middle;
-            rays.set_ray(at, (start.as_dvec3(), beyond.toward));
-        }
-        rays.count = SIZE;
-        rays
-    }
-
     /// What matters of the lumps between the light at `origin` and some of the points.
     pub fn near(
         &self,
@@ -218,7 +196,13 @@ impl Ways {
 
 /// Radiance that the hits send towards the eye, given each light's depth to them.
 pub fn surface_radiance(context: &Context, rays: &Rays, hits: &Hits, depths: &[&Row]) -> Rows {
-    dispatch!(context.job.level, simd => radiance_in_lanes(simd, context, rays, hits, depths))
+    let mut radiance = dispatch!(context.job.level, simd => {
+        radiance_in_lanes(simd, context, rays, hits, depths)
+    });
+    if !context.skies.is_empty() {
+        sky::add_to_surfaces(context, rays, hits, &mut radiance);
+    }
+    radiance
 }
 
 #[inline(always)]

@@ -105,9 +105,9 @@ impl SelectRequest {
                 _ => {}
             }
         }
-        for (place, light) in scene.lights() {
-            if scene.source(light).apex().is_some_and(&is_there) {
-                selected.lights.push(name(light.id(), place as u32));
+        for (place, lit) in scene.lamps() {
+            if lit.source.apex().is_some_and(&is_there) {
+                selected.lights.push(name(lit.light.id(), place as u32));
             }
         }
         selected

@@ -3,8 +3,9 @@
 //! them by their address.
 
 use super::context::{Context, Lamp};
-use super::light_table::{Fineness, LightTable};
+use super::light_table::{self, LightTable};
 use super::shafts::{self, Shafts};
+use super::sky_table::SkyTable;
 use super::viewpoint::Grid;
 use crate::airlight::fogshop2007::{CenterDepths, outlook};
 use crate::geometry::Origin;
@@ -15,6 +16,7 @@ use crate::progress::{Interrupted, Progress};
 use crate::request::View;
 use crate::scene::{Blob, Camera, CheckedScene, Octave, Shape, Surface, Vec3};
 use crate::shapes::Geometry;
+use crate::sky::{Fineness, Radiance};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -27,6 +29,9 @@ const MOMENTS: Most = Most { entries: 12, bytes: SCENES.bytes / SCENES.entries }
 /// Depths and tables around lights, each: those of a few scenes with the most lights. A dragged lamp
 /// leaves some behind at every place.
 const AROUND_LIGHTS: Most = Most { entries: 256, bytes: 128 << 20 };
+
+/// Skies over a few fogs.
+const SKIES: Most = Most { entries: 32, bytes: 128 << 20 };
 
 /// What hides lamps from a picture or two with the most lights.
 const SHAFTS: Most = Most { entries: 96, bytes: 128 << 20 };
@@ -42,9 +47,14 @@ pub struct Cache {
     pruned: Kept<(Same<Bands>, DVec3, f64), Bands>,
     to_light: Kept<Lit, Vec<f64>>,
     exact_to_light: Kept<Lit, CenterDepths>,
-    tables: Kept<(Lit, Fineness), Option<LightTable>>,
+    tables: Kept<(Lit, light_table::Fineness), Option<LightTable>>,
     shafts: Kept<Shaded, Shafts>,
+    skies: Kept<Under, Option<SkyTable>>,
 }
+
+/// A sky over a fog: how bright it is, how far fog that has no end towards it counts, its channels that differ; by how
+/// many parts and bands of harmonics it is summed up, and in how many places.
+type Under = (Same<Field>, (Radiance, f64, Vec<usize>), (Fineness, usize, usize));
 
 /// What hides a lamp from a picture: surfaces, where it is, the camera and the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +80,7 @@ impl Default for Cache {
                 table.as_ref().map_or(0, LightTable::bytes)
             }),
             shafts: Kept::new(SHAFTS, |_, shafts| shafts.bytes()),
+            skies: Kept::new(SKIES, |_, table| table.as_ref().map_or(0, SkyTable::bytes)),
         }
     }
 }
@@ -174,13 +185,15 @@ impl Cache {
         &self,
         field: &Arc<Field>,
         light: Source,
-        fineness: Fineness,
+        fineness: light_table::Fineness,
         progress: &Progress,
         make: impl FnOnce(Option<&LightTable>) -> Result<Option<LightTable>, Interrupted>,
     ) -> Result<Arc<Option<LightTable>>, Interrupted> {
         let key = ((Same::new(field), light), fineness);
         self.tables.get(&key, progress, || {
-            let like = |((_, other), size): &(Lit, Fineness)| *other == light && *size == fineness;
+            let like = |((_, other), size): &(Lit, light_table::Fineness)| {
+                *other == light && *size == fineness
+            };
             let known = self.tables.newest(like);
             make(known.as_ref().and_then(|table| table.as_ref().as_ref()))
         })
@@ -207,6 +220,23 @@ impl Cache {
             fineness,
         };
         self.shafts.get(&key, context.job.progress, make)
+    }
+}
+
+impl Cache {
+    /// What is left of a sky in a fog, which no move of the camera changes.
+    ///
+    /// # Errors
+    /// What `make` fails with.
+    pub fn sky_table(
+        &self,
+        field: &Arc<Field>,
+        sky: (Radiance, f64, Vec<usize>),
+        detail: (Fineness, usize, usize),
+        progress: &Progress,
+        make: impl FnOnce() -> Result<Option<SkyTable>, Interrupted>,
+    ) -> Result<Arc<Option<SkyTable>>, Interrupted> {
+        self.skies.get(&(Same::new(field), sky, detail), progress, make)
     }
 }
 

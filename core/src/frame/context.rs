@@ -2,6 +2,7 @@
 
 use super::light_table::LightTable;
 use super::shafts::Shafts;
+use super::skies::{OfSky, Sky};
 use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
@@ -14,7 +15,7 @@ use crate::media::{Field, Purpose, Scattering};
 use crate::phase::PhaseFunction;
 use crate::progress::{Job, Progress};
 use crate::request::{Layer, Quality, View};
-use crate::scene::{Camera, CheckedScene, Material, Octave, SurfaceLighting};
+use crate::scene::{Camera, CheckedScene, Lit, Material, Octave, SurfaceLighting};
 use crate::shapes::Geometry;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -38,9 +39,30 @@ pub struct Lamp {
     pub shafts: Option<Arc<Shafts>>,
     /// For the mapped airlight, where many blobs shade the light.
     pub table: Arc<Option<LightTable>>,
+    /// The part of a sky that it stands for, if it is no lamp.
+    pub of_sky: Option<OfSky>,
 }
 
 impl Lamp {
+    /// One that nothing hides, seen from anywhere.
+    pub fn new(source: Source, strength: DVec3) -> Self {
+        Self {
+            source,
+            from_camera: source,
+            strength,
+            is_shaded: false,
+            is_cut_off: false,
+            shafts: None,
+            table: Arc::default(),
+            of_sky: None,
+        }
+    }
+
+    /// Whether its light goes on as a sun's would that is scattered evenly.
+    pub fn is_even(&self) -> bool {
+        self.of_sky.is_none_or(|own| own.phase.is_isotropic())
+    }
+
     /// Where it appears in the picture [px], if it stands somewhere in front of the camera.
     pub fn image(&self, viewpoint: &Viewpoint) -> Option<DVec2> {
         viewpoint.project(self.from_camera.apex()?)
@@ -71,8 +93,8 @@ pub struct Context<'a> {
     pub job: Job<'a>,
     /// Surfaces.
     pub geometry: &'a Arc<Geometry>,
-    /// Whether it is one of several.
-    pub is_band: bool,
+    /// Which channel of several it is, if they differ.
+    pub band: Option<usize>,
     /// Extinction in this band.
     pub field: &'a Arc<Field>,
     /// The camera as the scene has it.
@@ -83,14 +105,18 @@ pub struct Context<'a> {
     pub grid: Grid,
     /// Where a ray that meets nothing ends [m].
     pub far_m: f32,
-    /// The enabled lights.
+    /// The enabled lamps, and behind them the skies as lamps.
     pub lamps: Vec<Lamp>,
+    /// The enabled skies.
+    pub skies: Vec<Sky<'a>>,
     /// Whether their light reaches surfaces as in clear air.
     pub is_clear: bool,
     /// What is scattered, lamp by lamp: airlight is formed once for each.
     pub scatters: Vec<Scatter>,
     /// The airlight estimator.
     pub method: Method,
+    /// The one that was asked for, which may be matched by another.
+    pub asked: Method,
     /// For the published airlight, one a lamp.
     pub lit_blobs: Vec<LitBlobs>,
     /// Diffuse, specular, emission and shininess of every surface.
@@ -112,39 +138,36 @@ impl<'a> Context<'a> {
     pub fn new(
         scene: &'a CheckedScene,
         geometry: &'a Arc<Geometry>,
-        (field, octave): (&'a Arc<Field>, Octave),
+        (field, octave, band): (&'a Arc<Field>, Octave, Option<usize>),
         view: &View,
         progress: &'a Progress,
     ) -> Self {
         let grid = Grid { width: view.width as usize, height: view.height as usize };
         let viewpoint = Viewpoint::new(&scene.camera, grid.width, grid.height);
-        let lamps = scene.lights().map(|(_, light)| {
-            let (source, strength) = (scene.source(light), light.strength());
+        let lamps = scene.lamps().map(|(_, Lit { light, source, strength })| {
             let from_camera = source.seen_from(viewpoint.position);
             let eye = (!viewpoint.parallel).then_some(viewpoint.position);
             let is_shaded = light.shadows() && geometry.may_hide(source.origin(), eye);
             let is_cut_off =
                 light.shadows() && eye.is_some_and(|eye| geometry.cuts_off(source.origin(), eye));
-            Lamp {
-                source,
-                from_camera,
-                strength,
-                is_shaded,
-                is_cut_off,
-                shafts: None,
-                table: Arc::default(),
-            }
+            Lamp { from_camera, is_shaded, is_cut_off, ..Lamp::new(source, strength) }
         });
-        let lamps = lamps.collect::<Vec<_>>();
+        let mut lamps = lamps.collect::<Vec<_>>();
         let scatterings = scene.fog.scatterings();
         let scatterings: Vec<_> = scatterings.iter().map(|own| own.in_octave(octave)).collect();
         let layer = if octave == Octave::FIRST { view.layer } else { Layer::Airlight };
         let asked = view.estimator.unwrap_or(scene.fog.airlight.into());
-        let [r, g, b] = scene.background.0.map(|v| v as f32);
+        let skies =
+            scene.skies().map(|(_, sky)| Sky::new(sky, scene.fog.light_path_m, band, asked));
+        let skies: Vec<_> = skies.collect();
+        lamps.extend(skies.iter().enumerate().flat_map(|(i, sky)| sky.lamps(i, &scatterings)));
+        // Skies stand behind everything in its place.
+        let background = if skies.is_empty() { scene.background.0 } else { [0.0; 3] };
+        let [r, g, b] = background.map(|v| v as f32);
         Self {
             job: Job::new(progress),
             geometry,
-            is_band: false,
+            band,
             field,
             camera: &scene.camera,
             viewpoint,
@@ -153,6 +176,8 @@ impl<'a> Context<'a> {
             scatters: scatters(&lamps, &scatterings),
             method: method(scene, asked, field, &lamps),
             lamps,
+            skies,
+            asked,
             is_clear: scene.fog.surface_lighting == SurfaceLighting::Clear,
             lit_blobs: Vec::new(),
             materials: geometry.materials.iter().map(numbers).collect(),
@@ -216,6 +241,12 @@ impl<'a> Context<'a> {
     /// Whether the picture is for the eye.
     pub fn is_for_the_eye(&self) -> bool {
         self.view.for_screen || self.view.quality == Quality::Draft
+    }
+
+    /// The lamps that surfaces are lit by from one side.
+    pub fn direct(&self) -> &[Lamp] {
+        let count = self.lamps.partition_point(|lamp| lamp.of_sky.is_none());
+        &self.lamps[..count]
     }
 
     /// The lamp of what is scattered, by its place.
@@ -284,11 +315,14 @@ fn method(scene: &CheckedScene, asked: Method, field: &Field, lamps: &[Lamp]) ->
 fn scatters(lamps: &[Lamp], scatterings: &[Scattering]) -> Vec<Scatter> {
     let groups = || scatterings.iter().enumerate().filter(|(_, own)| own.albedo != DVec3::ZERO);
     let of_lamp = |(lamp, light): (usize, &Lamp)| {
-        let strength = light.strength;
-        groups().map(move |(group, own)| Scatter {
+        let (strength, of_sky) = (light.strength, light.of_sky);
+        let own_groups =
+            groups().filter(move |(_, own)| of_sky.is_none_or(|sky| sky.phase == own.phase));
+        own_groups.map(move |(group, own)| Scatter {
             lamp,
             group,
-            phase: own.phase,
+            // What a phase function makes of a sky stands in its lamp.
+            phase: if of_sky.is_some() { PhaseFunction::ISOTROPIC } else { own.phase },
             // A number in f32, however bright and thin.
             colour: (strength * own.albedo).min(DVec3::splat(1e38)),
         })

@@ -26,7 +26,7 @@ pub fn light_sides(context: &Context, cache: &Cache) -> Result<Vec<LitBlobs>, In
         let side = LightSide::new(field, eye, lamp.source, &to_eye, &to_light);
         Ok(LitBlobs::new(field, lamp.source, side))
     };
-    context.lamps.iter().map(side).collect()
+    context.direct().iter().map(side).collect()
 }
 
 /// For airlight: what surfaces hide of the lamps.
@@ -69,8 +69,9 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     if !context.is_mapped() || !light_table::pay(context.field, lines) {
         return Ok(false);
     }
-    let bands = if context.is_band { 3 } else { 1 };
-    let fineness = Fineness::of(bands * context.lamps.len(), context.view.quality, lines);
+    let bands = if context.band.is_some() { 3 } else { 1 };
+    let lamps = context.direct().len();
+    let fineness = Fineness::of(bands * lamps, context.view.quality, lines);
     let mut makes = false;
     let mut table = |lamp: &Lamp| {
         let (field, light) = (context.field, lamp.source);
@@ -80,7 +81,7 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
         };
         cache.light_table(field, light, fineness, context.job.progress, make)
     };
-    let tables = context.lamps.iter().map(&mut table).collect::<Result<Vec<_>, _>>()?;
+    let tables = context.direct().iter().map(&mut table).collect::<Result<Vec<_>, _>>()?;
     for (lamp, table) in context.lamps.iter_mut().zip(tables) {
         lamp.table = table;
     }

@@ -7,6 +7,8 @@ pub mod light_table;
 pub mod lights;
 pub mod samples;
 pub mod shafts;
+pub mod skies;
+pub mod sky_table;
 pub mod tolerance;
 pub mod viewpoint;
 

@@ -165,8 +165,8 @@ impl Fineness {
     pub fn of(view: &View, lamps: usize) -> Self {
         let (most, bins) = match view.quality {
             Quality::Draft => (384, 256),
-            Quality::Full if view.for_screen => (1024, 512),
-            Quality::Full => (1536, 1024),
+            Quality::Full if view.for_screen => (1536, 512),
+            Quality::Full => (3072, 1024),
         };
         let fit = BYTES / (size_of::<f32>() * (bins + 2 * BLOCK) * lamps.max(1));
         let slices = most.min(fit).min(2 * (view.width + view.height) as usize).max(2);

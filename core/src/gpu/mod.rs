@@ -145,13 +145,17 @@ impl Gpu {
             // They are the CPU's.
             return Ok(None);
         }
+        let shows_light = shows_octaves || view.layer == Layer::Surface;
+        if shows_light && scene.skies().next().is_some() {
+            return Ok(None);
+        }
         let geometry = cache.geometry(scene, progress)?;
         let fields = cache.seen_bands(scene, Octave::FIRST, view, progress)?;
         let is_coloured = fields.each().len() > 1;
         let mut bands = Vec::new();
-        for field in fields.each() {
-            let context = Context::new(scene, &geometry, (field, Octave::FIRST), view, progress);
-            let context = Context { is_band: is_coloured, ..context };
+        for (channel, field) in fields.each().iter().enumerate() {
+            let field = (field, Octave::FIRST, is_coloured.then_some(channel));
+            let context = Context::new(scene, &geometry, field, view, progress);
             let Some(band) = self.band(cache, context, &geometry)? else { return Ok(None) };
             bands.push(band);
         }

@@ -46,6 +46,8 @@ pub const EXTINCTION: Range = Range::new(0.0, 1e6);
 pub const VISIBILITY: Range = Range::new(1e-5, 1e9);
 /// Radiant intensity [W/sr], irradiance [W/m²] and radiance [W/(m² sr)].
 pub const INTENSITY: Range = Range::new(0.0, 1e12);
+/// Factors of a sky's spherical harmonics [W/(m² sr)].
+pub const HARMONIC: Range = Range::new(-1e12, 1e12);
 /// Extinction that a member of a family adds or takes away [1/m].
 pub const SIGNED_EXTINCTION: Range = Range::new(-1e6, 1e6);
 /// Components of a wave vector [rad/m].
@@ -179,6 +181,10 @@ pub struct Counts {
     pub particle_steps: usize,
     /// Characters of an id.
     pub id_chars: usize,
+    /// Spherical harmonics of a sky.
+    pub harmonics: usize,
+    /// Pixels of a sky's picture.
+    pub sky_pixels: usize,
     /// Pixels along one side of a picture.
     pub picture_side: usize,
     /// Pixels of a picture.
@@ -214,6 +220,8 @@ pub const COUNTS: Counts = Counts {
     stroke_points: 1000,
     particle_steps: 2_000_000,
     id_chars: 64,
+    harmonics: 256,
+    sky_pixels: 8_388_608,
     picture_side: 8192,
     picture_pixels: 8_388_608,
     cube_side: 1024,

@@ -6,12 +6,14 @@
 
 mod beam;
 mod beside;
+pub mod environment;
 pub mod point;
 pub mod spot;
 pub mod sun;
 
 pub use beam::{ALL_ANGLES, Beam, Crossed};
 pub use beside::{Arrival, LEAST_MISS, MISS_FLOOR, ToLight, Toward, least_distance};
+pub use environment::Environment;
 pub use point::Point;
 pub use spot::Spot;
 pub use sun::Sun;
@@ -24,54 +26,67 @@ use crate::num::Num;
 use crate::vector::V3;
 use glam::DVec3;
 
-/// Declares the lights: the union of those that a scene may hold, and of where their light comes from.
+/// Declares the lights: the union of those that a scene may hold, and of where the light of lamps comes from. The sky's
+/// comes from everywhere.
 macro_rules! lights {
-    ($($(#[$doc:meta])* $Kind:ident = $kind:literal),* $(,)?) => {
+    (
+        lamps { $($(#[$doc:meta])* $Kind:ident = $kind:literal),* $(,)? }
+        skies { $($(#[$sky_doc:meta])* $Sky:ident = $sky:literal),* $(,)? }
+    ) => {
         tagged!(
             /// A source of light.
-            Light { $($(#[$doc])* $Kind = $kind),* }
+            Light { $($(#[$doc])* $Kind = $kind,)* $($(#[$sky_doc])* $Sky = $sky),* }
         );
 
         impl Light {
             /// The name given to it, if any.
             pub fn id(&self) -> Option<&str> {
-                match self { $(Self::$Kind(light) => light.id()),* }
+                match self { $(Self::$Kind(light) => light.id(),)* $(Self::$Sky(light) => light.id()),* }
             }
 
             /// The name given to it.
             pub fn id_mut(&mut self) -> &mut Option<String> {
-                match self { $(Self::$Kind(light) => &mut light.id),* }
+                match self { $(Self::$Kind(light) => &mut light.id,)* $(Self::$Sky(light) => &mut light.id),* }
             }
 
             /// Whether it shines.
             pub fn enabled(&self) -> bool {
-                match self { $(Self::$Kind(light) => light.enabled()),* }
+                match self { $(Self::$Kind(light) => light.enabled(),)* $(Self::$Sky(light) => light.enabled()),* }
             }
 
             /// Whether surfaces hide its light.
             pub fn shadows(&self) -> bool {
-                match self { $(Self::$Kind(light) => light.shadows()),* }
+                match self { $(Self::$Kind(light) => light.shadows(),)* $(Self::$Sky(light) => light.shadows()),* }
             }
 
             /// Looks at all of its numbers; `at` names its members.
             pub fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String) {
-                match self { $(Self::$Kind(light) => light.check(check, at)),* }
+                match self { $(Self::$Kind(light) => light.check(check, at),)* $(Self::$Sky(light) => light.check(check, at)),* }
             }
 
-            /// Where its light comes from; fog without an end towards it counts so far [m].
-            pub fn source(&self, path_m: f64) -> Source {
-                match self { $(Self::$Kind(light) => Source::$Kind(light.place(path_m))),* }
+            /// Where a lamp's light comes from, and its colour and strength in the unit of its kind; fog without
+            /// an end towards it counts so far [m].
+            pub fn lamp(&self, path_m: f64) -> Option<(Source, DVec3)> {
+                match self {
+                    $(Self::$Kind(light) => {
+                        Some((Source::$Kind(light.place(path_m)), light.strength()))
+                    })*
+                    $(Self::$Sky(_) => None,)*
+                }
             }
 
-            /// Colour and strength, in the unit of its kind.
-            pub fn strength(&self) -> DVec3 {
-                match self { $(Self::$Kind(light) => light.strength()),* }
+            /// The sky that it is, if it is no lamp.
+            pub fn sky(&self) -> Option<&Environment> {
+                match self {
+                    $(Self::$Kind(_) => None,)*
+                    $(Self::$Sky(sky) => Some(sky),)*
+                }
             }
         }
 
         /// Where light comes from, per unit of its strength.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Source { $($(#[$doc])* $Kind(<$Kind as LightKind>::Place)),* }
+        pub enum Source { $($(#[$doc])* $Kind(<$Kind as LampKind>::Place)),* }
 
         impl Source {
             /// The same, seen from an origin that is not the world's.
@@ -127,21 +142,24 @@ macro_rules! lights {
 }
 
 lights! {
-    /// A lamp that shines the same in all directions.
-    Point = "point",
-    /// A lamp that shines into a cone.
-    Spot = "spot",
-    /// Parallel light from far away.
-    Sun = "sun",
+    lamps {
+        /// A lamp that shines the same in all directions.
+        Point = "point",
+        /// A lamp that shines into a cone.
+        Spot = "spot",
+        /// Parallel light from far away.
+        Sun = "sun",
+    }
+    skies {
+        /// The sky.
+        Environment = "environment",
+    }
 }
 
 impl Part for Light {}
 
 /// A kind of light, as a scene says it.
 pub trait LightKind {
-    /// Where its light comes from.
-    type Place: Shines;
-
     /// The name given to it, if any.
     fn id(&self) -> Option<&str>;
 
@@ -153,8 +171,14 @@ pub trait LightKind {
 
     /// Looks at all of its numbers; `at` names its members.
     fn check(&self, check: &mut Checker, at: &dyn Fn(&str) -> String);
+}
 
-    /// Where its light comes from; fog without an end towards it counts so far [m].
+/// One whose light comes from a place, or side by side from beyond everything.
+pub trait LampKind: LightKind {
+    /// Where its light comes from.
+    type Place: Shines;
+
+    /// The same; fog without an end towards it counts so far [m].
     fn place(&self, path_m: f64) -> Self::Place;
 
     /// Colour and strength, in the unit of its kind.

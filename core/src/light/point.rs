@@ -1,6 +1,6 @@
 //! A lamp without size that shines the same in all directions: I₀/d² at the distance d.
 
-use super::{LightKind, Shines, ToLight, Toward};
+use super::{LampKind, LightKind, Shines, ToLight, Toward};
 use crate::geometry::Origin;
 use crate::json::{Checker, Rgb, Vec3, limits};
 use crate::num::Num;
@@ -42,8 +42,6 @@ impl Default for Point {
 }
 
 impl LightKind for Point {
-    type Place = Place;
-
     fn id(&self) -> Option<&str> {
         self.id.as_deref()
     }
@@ -60,6 +58,10 @@ impl LightKind for Point {
         check.triple(self.position.0, limits::COORDINATE, || at("position"));
         check.triple(self.intensity.0, limits::INTENSITY, || at("intensity"));
     }
+}
+
+impl LampKind for Point {
+    type Place = Place;
 
     fn place(&self, _path_m: f64) -> Place {
         Place(self.position.vector())

@@ -1,7 +1,7 @@
 //! A lamp without size that shines into a cone: I₀/d² times a weight of the direction (Macklin 2010).
 
 use super::beam::{Beam, Crossed};
-use super::{LightKind, Shines, ToLight, Toward};
+use super::{LampKind, LightKind, Shines, ToLight, Toward};
 use crate::geometry::Origin;
 use crate::json::{Checker, Code, Rgb, Vec3, limits};
 use crate::num::Num;
@@ -54,8 +54,6 @@ impl Default for Spot {
 }
 
 impl LightKind for Spot {
-    type Place = Place;
-
     fn id(&self) -> Option<&str> {
         self.id.as_deref()
     }
@@ -80,6 +78,10 @@ impl LightKind for Spot {
         }
         check.triple(self.intensity.0, limits::INTENSITY, || at("intensity"));
     }
+}
+
+impl LampKind for Spot {
+    type Place = Place;
 
     fn place(&self, _path_m: f64) -> Place {
         let axis = self.direction.vector().normalize_or(DVec3::NEG_Y);

@@ -4,7 +4,7 @@
 //! it is multiplied by is chosen so that a surface that faces it gets its irradiance. So all that is known of a lamp
 //! beside a ray holds for it too, to (length of the ray / distance of the sun)², 1e-12 for 100 km.
 
-use super::{LightKind, Shines, ToLight, Toward};
+use super::{LampKind, LightKind, Shines, ToLight, Toward};
 use crate::geometry::{Beyond, Origin};
 use crate::json::{Checker, Rgb, Vec3, limits};
 use crate::num::Num;
@@ -49,8 +49,6 @@ impl Default for Sun {
 }
 
 impl LightKind for Sun {
-    type Place = Place;
-
     fn id(&self) -> Option<&str> {
         self.id.as_deref()
     }
@@ -67,6 +65,10 @@ impl LightKind for Sun {
         check.direction(self.direction, || at("direction"));
         check.triple(self.irradiance.0, limits::INTENSITY, || at("irradiance"));
     }
+}
+
+impl LampKind for Sun {
+    type Place = Place;
 
     fn place(&self, path_m: f64) -> Place {
         Place(Beyond { toward: -self.direction.vector().normalize_or(DVec3::NEG_Y), path_m })

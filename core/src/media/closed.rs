@@ -3,6 +3,7 @@
 //!
 //! All is asked relative to where rays start, so that differences keep their digits.
 
+use super::places::Places;
 use super::{
     Along, Legs, Lumps, Medium, Near, OPAQUE_DEPTH, OnRays, PatchCone, Patched, Purpose, Search,
     Smooth, Ways, Words,
@@ -106,6 +107,11 @@ pub trait Closed: Clone + Debug + Send + Sync + 'static {
 
     /// Bytes that it takes besides its own, near enough.
     fn size(&self) -> usize;
+
+    /// See [`Medium::places`].
+    fn places(&self, _places: &mut Places) -> bool {
+        self.is_nothing()
+    }
 }
 
 impl<C: Closed> Medium for C {
@@ -168,6 +174,10 @@ impl<C: Closed> Medium for C {
 
     fn is_in_shaders(&self) -> bool {
         true
+    }
+
+    fn places(&self, places: &mut Places) -> bool {
+        Closed::places(self, places)
     }
 
     fn rows(&self, camera: DVec3, numbers: &mut Vec<f32>) -> Option<Vec<Words>> {

@@ -3,6 +3,7 @@
 //! ([`Profile`]).
 
 use super::closed::{Closed, crossing, hull};
+use super::places::Places;
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
 use crate::geometry::Beyond;
@@ -189,6 +190,11 @@ impl Haze {
 }
 
 impl Closed for Haze {
+    fn places(&self, places: &mut Places) -> bool {
+        self.layers.iter().for_each(|layer| places.add_profile(layer.profile, layer.beta));
+        true
+    }
+
     fn is_nothing(&self) -> bool {
         self.most() == 0.0
     }

@@ -12,6 +12,7 @@ mod moment;
 pub mod noise;
 mod octaves;
 mod outline;
+mod places;
 pub mod sign;
 mod sum;
 mod toward;
@@ -22,6 +23,7 @@ pub use groups::{Bands, Scattering, in_channels, scatterings};
 pub use moment::{Moment, Velocity, Wind, WindKey};
 pub use octaves::{MultipleScattering, Octave};
 pub use outline::Outline;
+pub use places::Places;
 pub use sum::{Field, Knotted, Profile, Sum};
 
 use crate::geometry::batch::{Rays, Row};
@@ -337,6 +339,9 @@ pub trait Medium: Debug + Send + Sync {
         Outline::default()
     }
 
+    /// Tells where a table over space must resolve it; false where no table can.
+    fn places(&self, places: &mut Places) -> bool;
+
     /// Whether its shader sums it up in closed form.
     fn is_in_shaders(&self) -> bool {
         false
@@ -404,6 +409,8 @@ pub enum Purpose {
     Depth,
     /// The same for a picture: behind what hides all it need not be followed.
     Sight,
+    /// How much light is left: where that is none, how little of it does not matter.
+    Shade,
     /// Airlight too: it comes from where the ray begins, however thick the fog behind may be.
     Airlight,
     /// Fields that airlight is integrated over: where fog is thin, its share counts.

@@ -3,6 +3,7 @@
 use super::closed::hull;
 use super::gaussians::{Blobs, Gaussian, Pruning};
 use super::groups::groups;
+use super::places::Places;
 use super::{
     Along, Legs, Lumps, Media, Medium, Moment, Near, OnRays, Outline, PatchCone, Patched, Purpose,
     Search, Smooth, Term, Ways,
@@ -230,6 +231,15 @@ impl Field {
     /// What a table of T around a light must resolve.
     pub fn outline(&self, apex: DVec3) -> Outline {
         self.each().map(|(_, medium)| medium.outline(apex)).fold(Outline::default(), Outline::join)
+    }
+
+    /// Where a table over space must resolve it; `None` where no table can.
+    pub fn places(&self) -> Option<Places> {
+        let mut places = Places::default();
+        let is_told = self.each().all(|(_, medium)| medium.places(&mut places));
+        // Surfaces are lit beside it, too, and haze.
+        (0..3).for_each(|axis| places.widen(axis));
+        is_told.then_some(places)
     }
 
     /// Bytes that it takes besides its own, near enough.

@@ -2,7 +2,7 @@
 
 use super::Preset;
 use super::geometry::{Facade, MeshBuilder, rod};
-use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh};
+use super::stage::{blob, camera, gaussians, glossy, glowing, lamp, matte, mesh, sky};
 use crate::random::Random;
 use crate::scene::{Blob, Fog, Light, Rgb, Scene, Surface};
 use glam::{DVec2, DVec3};
@@ -16,15 +16,55 @@ const PITCH: f64 = 46.0;
 /// Width of a street with its pavements [m].
 const STREET: f64 = 16.0;
 
-/// Fog in the streets of a city.
-pub fn preset() -> Preset {
-    Preset {
-        name: "city-353",
-        title: "City in drifting fog",
-        description: "Fog drifts through the streets of a city at night and takes the colour of \
-            the lamps below it: 353 blobs, as in the city of Fogshop 2007, and four lamps.",
-        scene: scene(),
+/// Fog in the streets of a city, by night and by day.
+pub fn presets() -> [Preset; 2] {
+    [
+        Preset {
+            name: "city-353",
+            title: "City in drifting fog",
+            description: "Fog drifts through the streets of a city at night and takes the colour of \
+                the lamps below it: 353 blobs, as in the city of Fogshop 2007, and four lamps.",
+            scene: scene(),
+        },
+        Preset {
+            name: "city-sky",
+            title: "City on a foggy morning",
+            description: "The same city and the same 353 blobs by day: a hazy sky, brighter towards the \
+                sun that it hides, is all the light.",
+            scene: under_sky(),
+        },
+    ]
+}
+
+fn under_sky() -> Scene {
+    let mut scene = scene();
+    scene.lights = vec![sky(morning)];
+    scene.background = Rgb::splat(0.0);
+    scene.fog.ambient = Rgb::splat(0.0);
+    for surface in &mut scene.surfaces {
+        // By day no window shines.
+        if surface
+            .id
+            .as_deref()
+            .is_some_and(|id| id.ends_with("m-windows") || id.ends_with("l-windows"))
+        {
+            surface.material = glossy([0.05, 0.06, 0.08], 0.3, 50.0);
+        }
     }
+    scene
+}
+
+/// Radiance of a hazy sky with the sun low on the right; streets send up some of it [W/(m² sr)].
+fn morning(d: DVec3) -> DVec3 {
+    let glow = (0.5 + 0.5 * d.dot(DVec3::new(0.75, 0.4, -0.53).normalize())).powi(7);
+    let (zenith, horizon, ground) =
+        (DVec3::new(0.32, 0.42, 0.6), DVec3::new(0.52, 0.54, 0.56), DVec3::new(0.1, 0.1, 0.1));
+    let even = if d.y > 0.0 {
+        horizon.lerp(zenith, d.y)
+    } else {
+        horizon.lerp(ground, (-3.0 * d.y).min(1.0))
+    };
+    even + DVec3::new(1.5, 1.2, 0.8) * glow
 }
 
 fn scene() -> Scene {

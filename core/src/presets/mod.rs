@@ -39,13 +39,11 @@ pub struct Preset {
 /// All presets; the first one is the demo scene.
 pub fn all() -> Vec<Preset> {
     let mut presets = Vec::from(street::presets());
-    presets.extend([
-        vessel::preset(),
-        terrain::preset(),
-        city::preset(),
-        vehicle::preset(),
-        room::preset(),
-    ]);
+    presets.push(vessel::preset());
+    presets.extend(terrain::presets());
+    presets.extend(city::presets());
+    presets.extend(vehicle::presets());
+    presets.push(room::preset());
     presets.extend(countryside::presets());
     presets.push(gorge::preset());
     presets.extend(alps::presets());

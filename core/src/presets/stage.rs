@@ -6,9 +6,11 @@ use crate::media::emitter::Emitter;
 use crate::media::functions::{Cosine, Functions, Member, WaveVector};
 pub use crate::rounding::{round_to, rounded};
 use crate::scene::{
-    Airlight, Albedo, Blob, Camera, Fog, Gaussians, Heightfield, Homogeneous, Light, Material,
-    Mesh, Perspective, Point, Projection, Rgb, Shape, Sphere, Surface, SurfaceLighting, Term, Vec3,
+    Airlight, Albedo, Blob, Camera, Environment, Fog, Gaussians, Heightfield, Homogeneous, Light,
+    Material, Mesh, Perspective, Point, Projection, Radiance, Rgb, Shape, Sphere, Surface,
+    SurfaceLighting, Term, Vec3,
 };
+use crate::sky::{Fineness, HarmonicSky, around, harmonics};
 use glam::DVec3;
 
 /// A perspective camera.
@@ -82,12 +84,31 @@ pub fn fill(light: Light) -> Light {
         Light::Point(light) => Light::Point(Point { shadows: false, ..light }),
         Light::Spot(light) => Light::Spot(Spot { shadows: false, ..light }),
         Light::Sun(light) => Light::Sun(Sun { shadows: false, ..light }),
+        Light::Environment(sky) => Light::Environment(sky),
     }
 }
 
 /// The same surface as glass: it throws no shadow.
 pub fn glass(surface: Surface) -> Surface {
     Surface { shadows: false, ..surface }
+}
+
+/// A sky as bright as a function of the direction says, to six bands of harmonics.
+pub fn sky(radiance: impl Fn(DVec3) -> DVec3) -> Light {
+    const ORDER: usize = 6;
+    let mut sums = vec![DVec3::ZERO; ORDER * ORDER];
+    let fineness = Fineness::REFERENCE;
+    for (toward, weight) in around(DVec3::Y, &fineness.even(), fineness.azimuths) {
+        let values = harmonics::all(ORDER, toward);
+        let light = radiance(toward) * weight;
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += light * value);
+    }
+    let coefficients = sums.into_iter().map(|sum| Rgb(rounded(sum, 1e4).0)).collect();
+    Light::Environment(Environment {
+        id: Some("sky".into()),
+        radiance: Radiance::HarmonicSky(HarmonicSky { coefficients }),
+        ..Environment::default()
+    })
 }
 
 /// Light from the sun or a part of the sky: where it travels, and what a surface facing it gets [W/m²].

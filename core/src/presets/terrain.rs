@@ -4,7 +4,7 @@ use super::Preset;
 use super::geometry::MeshBuilder;
 use super::stage::{
     blob, camera, fill, gaussians, glossy, glowing, homogeneous, lamp, land, matte, mesh, round_to,
-    water,
+    sky, water,
 };
 use crate::random::{Random, value_noise};
 use crate::scene::{Blob, Fog, Rgb, Scene, Surface};
@@ -19,16 +19,48 @@ const SIZE: f64 = 1600.0;
 /// Level of the river [m].
 const WATER: f64 = 6.0;
 
-/// Valley fog among hills.
-pub fn preset() -> Preset {
-    Preset {
-        name: "terrain-292",
-        title: "Valley fog",
-        description: "Morning fog lies in the valleys of a terrain of 65 536 vertices: 292 blobs, \
-            as in the terrain of Fogshop 2007. Move the fog between the ridges, or raise it until \
-            only the summits stand out.",
-        scene: scene(),
-    }
+/// Valley fog among hills, under lamps and under a sky.
+pub fn presets() -> [Preset; 2] {
+    [
+        Preset {
+            name: "terrain-292",
+            title: "Valley fog",
+            description: "Morning fog lies in the valleys of a terrain of 65 536 vertices: 292 blobs, \
+                as in the terrain of Fogshop 2007, lit by two lamps far away and one at a chapel. Move the fog \
+                between the ridges, or raise it until only the summits stand out.",
+            scene: scene(),
+        },
+        Preset {
+            name: "terrain-sky",
+            title: "Valley fog at dawn",
+            description: "The same hills and the same 292 blobs under the sky of a dawn, which is all their \
+                light but for the chapel's lamp: the fog glows towards the rising sun and is blue away from it.",
+            scene: under_sky(),
+        },
+    ]
+}
+
+fn under_sky() -> Scene {
+    let mut scene = scene();
+    scene.lights.retain(|light| light.id() == Some("chapel-lamp"));
+    scene.lights.push(sky(dawn));
+    scene.background = Rgb::splat(0.0);
+    scene.fog.ambient = Rgb::splat(0.0);
+    scene
+}
+
+/// Radiance of the sky before the sun rises in the north-west; the ground below is dark [W/(m² sr)].
+fn dawn(d: DVec3) -> DVec3 {
+    let glow = (0.5 + 0.5 * d.dot(DVec3::new(-0.78, 0.12, -0.61).normalize())).powi(9);
+    let (zenith, horizon, ground) =
+        (DVec3::new(0.1, 0.17, 0.36), DVec3::new(0.3, 0.33, 0.42), DVec3::new(0.04, 0.045, 0.05));
+    let even = if d.y > 0.0 {
+        horizon.lerp(zenith, d.y.sqrt())
+    } else {
+        horizon.lerp(ground, (-3.0 * d.y).min(1.0))
+    };
+    let height = (-6.0 * d.y.abs()).exp();
+    even + DVec3::new(2.6, 1.35, 0.55) * glow * (0.25 + 0.75 * height)
 }
 
 fn scene() -> Scene {

@@ -6,13 +6,16 @@ use glam::DVec3;
 use std::collections::HashSet;
 
 /// Name, blobs (of emitters, particles alive at a time), lights, fewest triangles, fewest vertices.
-const COUNTS: [(&str, usize, usize, usize, usize); 17] = [
+const COUNTS: [(&str, usize, usize, usize, usize); 20] = [
     ("street-thin", 0, 4, 60_000, 0),
     ("street-thick", 0, 4, 60_000, 0),
     ("steaming-vessel", 34, 3, 40_000, 70_000),
     ("terrain-292", 292, 3, 40_000, 65_000),
+    ("terrain-sky", 292, 2, 40_000, 65_000),
     ("city-353", 353, 4, 40_000, 0),
+    ("city-sky", 353, 1, 40_000, 0),
     ("vehicle-1223", 1223, 2, 40_000, 44_430),
+    ("vehicle-sky", 1223, 1, 40_000, 44_430),
     ("room-3008", 3008, 1, 0, 8901),
     ("valley-layers", 0, 2, 21_000, 0),
     ("valley-waves", 0, 2, 21_000, 0),

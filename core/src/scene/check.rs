@@ -6,6 +6,7 @@ use crate::json::limits::{self, COUNTS};
 use crate::light::Source;
 use crate::media::sign::{Negative, decides_sign, negative};
 use crate::media::{Common, Field};
+use crate::sky::Radiance;
 use glam::DVec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -14,15 +15,40 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct CheckedScene(Arc<Scene>);
 
+/// A lamp, with where its light comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<'a> {
+    /// The lamp.
+    pub light: &'a Light,
+    /// Where its light comes from.
+    pub source: Source,
+    /// Colour and strength, in the unit of its kind.
+    pub strength: DVec3,
+}
+
 impl CheckedScene {
-    /// The enabled lights with their places in the scene's list.
-    pub fn lights(&self) -> impl Iterator<Item = (usize, &Light)> {
+    /// The enabled lamps with their places in the scene's list of lights.
+    pub fn lamps(&self) -> impl Iterator<Item = (usize, Lit<'_>)> {
+        let path_m = self.fog.light_path_m;
+        self.enabled().filter_map(move |(i, light)| {
+            let (source, strength) = light.lamp(path_m)?;
+            Some((i, Lit { light, source, strength }))
+        })
+    }
+
+    /// The enabled skies, likewise.
+    pub fn skies(&self) -> impl Iterator<Item = (usize, &Radiance)> {
+        self.enabled().filter_map(|(i, light)| Some((i, &light.sky()?.radiance)))
+    }
+
+    fn enabled(&self) -> impl Iterator<Item = (usize, &Light)> {
         self.lights.iter().enumerate().filter(|(_, light)| light.enabled())
     }
 
-    /// Where the light of one of them comes from.
-    pub fn source(&self, light: &Light) -> Source {
-        light.source(self.fog.light_path_m)
+    /// What a ray in a direction sees where it meets nothing [W/(m² sr)].
+    pub fn behind_all(&self, direction: DVec3) -> DVec3 {
+        let mut skies = self.skies().map(|(_, sky)| sky.toward(direction)).peekable();
+        if skies.peek().is_none() { self.background.vector() } else { skies.sum() }
     }
 
     /// The same scene as somebody sees it: through another camera, or at another time.

@@ -14,14 +14,15 @@ pub use crate::airlight::Airlight;
 pub use crate::json::{
     Albedo, Checker, Code, Problem, ReadError, Rgb, Spectrum, Vec3, limits, read, tagged,
 };
-pub use crate::light::{Light, Point};
+pub use crate::light::{Environment, Light, Point};
 pub use crate::media::gaussians::{Blob, BlobFrame, Gaussians};
 pub use crate::media::homogeneous::Homogeneous;
 pub use crate::media::vertical::{Exponential, Slab, Uniform, Vertical};
 pub use crate::media::{Moment, MultipleScattering, Octave, Term, Velocity, Wind, WindKey};
 pub use crate::phase::{HenyeyGreenstein, Isotropic, Phase};
+pub use crate::sky::Radiance;
 pub use camera::{Camera, Orthographic, Perspective, Projection};
-pub use check::CheckedScene;
+pub use check::{CheckedScene, Lit};
 pub use fog::{Fog, SurfaceLighting};
 pub use surface::{Box, Heightfield, Material, Mesh, Plane, Shape, Sphere, Surface};
 

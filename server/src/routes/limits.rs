@@ -58,6 +58,8 @@ struct Ranges {
     field_of_view: Range,
     /// Extinction that a member of a family adds or takes away [1/m].
     signed_extinction: Range,
+    /// Factors of a sky's spherical harmonics [W/(m² sr)].
+    harmonic: Range,
     /// Components of a wave vector [rad/m].
     wave_vector: Range,
     /// Phases of waves [rad].
@@ -121,6 +123,7 @@ const RANGES: Ranges = Ranges {
     shininess: limits::SHININESS,
     field_of_view: limits::FIELD_OF_VIEW,
     signed_extinction: limits::SIGNED_EXTINCTION,
+    harmonic: limits::HARMONIC,
     wave_vector: limits::WAVE_VECTOR,
     phase: limits::PHASE,
     divisor: limits::DIVISOR,

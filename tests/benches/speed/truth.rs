@@ -61,16 +61,20 @@ impl Truth {
         self.errors(self.pixels.iter().map(|at| luminance_at(&frame, *at)))
     }
 
-    /// Of marching in so many steps; and what it would take for the whole picture, in milliseconds.
-    pub fn of_marching(&self, steps: u32) -> (f64, Errors) {
+    /// Of marching in so many steps, where lamps are all that shines; and what it would take for the whole picture, in
+    /// milliseconds.
+    pub fn of_marching(&self, steps: u32) -> Option<(f64, Errors)> {
+        if self.scene.skies().next().is_some() {
+            return None;
+        }
         let field = Field::new(&self.scene.fog.terms, 0, &Moment::default());
         let (phase, albedo) = (self.scene.fog.phase.function(), self.scene.fog.albedo.vector());
         let along = |(ray, end): (&ProbeRay, &f64)| {
-            let lamps = self.scene.lights().map(|(_, lamp)| {
+            let lamps = self.scene.lamps().map(|(_, lamp)| {
                 let ProbeRay { origin, direction, .. } = *ray;
                 let ray = Ray { origin, direction };
-                march::airlight(&field, phase, lamp.source(100.0), ray, *end, steps)
-                    * lamp.strength()
+                march::airlight(&field, phase, lamp.source, ray, *end, steps)
+                    * lamp.strength
                     * albedo
             });
             luminance(lamps.sum::<glam::DVec3>().to_array())
@@ -80,7 +84,7 @@ impl Truth {
         let took = began.elapsed().as_secs_f64() * 1e3;
         let [width, height] = self.size;
         let share = (RAYS * rayon::current_num_threads()) as f64 / f64::from(width * height);
-        (took / share, self.errors(values.into_iter()))
+        Some((took / share, self.errors(values.into_iter())))
     }
 
     fn errors(&self, values: impl Iterator<Item = f64>) -> Errors {

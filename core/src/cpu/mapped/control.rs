@@ -4,6 +4,7 @@ use super::patch::Patch;
 pub use crate::cpu::places::CONTROL;
 use crate::cpu::places::PLACES;
 use crate::cpu::shade::{Ways, from_beyond};
+use crate::cpu::sky;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::light_table::LightTable;
 use crate::geometry::batch::{SIZE, load3};
@@ -68,6 +69,9 @@ pub fn toward_light(context: &Context, lamp: &Lamp, rays: &Control, t: &[Each]) 
     /// Points that share a list of lumps.
     const POINTS: usize = 64;
     let Context { job, field, .. } = context;
+    if let Some(own) = &lamp.of_sky {
+        return sky::toward(context, own, rays, t);
+    }
     let apex = match lamp.from_camera.origin() {
         Origin::At(apex) => apex.as_vec3(),
         Origin::Beyond(beyond) => return toward_beyond(context, lamp, &beyond, rays, t),

@@ -104,5 +104,5 @@ fn for_screen(context: &Context) -> bool {
     let is_radiance =
         matches!(context.view.layer, Layer::Beauty | Layer::Airlight | Layer::Surface);
     // Bands of colour are put together before they are brought onto a screen.
-    context.view.for_screen && is_radiance && !context.is_band
+    context.view.for_screen && is_radiance && context.band.is_none()
 }

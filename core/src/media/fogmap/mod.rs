@@ -8,6 +8,7 @@ mod plane;
 mod wavelet;
 
 use super::closed::{Closed, crossing, hull};
+use super::places::Places;
 use super::vertical::{Profile, Uniform, Vertical};
 use super::{Moment, TermKind, Words};
 use crate::geometry::Beyond;
@@ -333,6 +334,20 @@ fn layers(term: &Fogmap, grid: &Grid) -> Vec<(Plane, f64)> {
 pub struct Fogmaps(Vec<Placed>);
 
 impl Closed for Fogmaps {
+    fn places(&self, places: &mut Places) -> bool {
+        for map in &self.0 {
+            let plane = &map.whole;
+            for (axis, k) in [(0, 0), (2, 1)] {
+                let from = map.origin[k] + plane.start[k];
+                let extent = (plane.size[k] + plane.degree) as f64 * plane.cell_m;
+                // A row of cells is a bump two cells wide, of which straight lines take half a cell.
+                places.add(axis, from, from + extent, (0.5 * plane.cell_m).max(extent / 48.0));
+            }
+            places.add_profile(map.profile, map.scale * plane.most());
+        }
+        true
+    }
+
     fn is_nothing(&self) -> bool {
         self.0.is_empty()
     }

@@ -146,7 +146,7 @@ impl<N: Num> Line<N> {
         let curved = square.mul_add(length.lit(4.0), length.lit(-2.0));
         let bend = (length.squared() * curved).mul_add(length.lit(1.0 / 24.0), length.lit(1.0));
         let scale = length * length.lit(std::f64::consts::FRAC_2_SQRT_PI);
-        N::select(short, scale * (-square).exp() * bend, plain)
+        N::select(short, scale * square.bell() * bend, plain)
     }
 }
 
@@ -156,7 +156,7 @@ impl<N: Num> Seen<N> {
     pub fn line(&self, direction: V3<N>, length: N) -> Line<N> {
         let start = -self.b.dot(direction);
         let miss2 = self.b.cross(direction).length_squared();
-        Line { start, end: self.a.mul_add(length, start), miss2, peak: (-miss2).exp() }
+        Line { start, end: self.a.mul_add(length, start), miss2, peak: miss2.bell() }
     }
 
     /// T along that segment (Fogshop 31).
@@ -181,7 +181,7 @@ impl<N: Num> Seen<N> {
     #[inline(always)]
     pub fn whole_depth(&self, direction: V3<N>) -> N {
         let miss = self.b.cross(direction);
-        (self.k + self.k) * (-miss.length_squared()).exp()
+        (self.k + self.k) * miss.length_squared().bell()
     }
 
     /// What a ray of that length meets of it as a slab.

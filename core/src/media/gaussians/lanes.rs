@@ -186,7 +186,7 @@ fn cross<S: Simd, const PARALLEL: bool>(
             };
             let miss2 = center.cross(direction).length_squared();
             center.dot(direction).store(&mut middle[at..]);
-            ((-miss2).exp() * Lanes::splat(simd, blob.k)).store(&mut density[at..]);
+            (miss2.bell() * Lanes::splat(simd, blob.k)).store(&mut density[at..]);
         }
         if Lanes::extremes(simd, &density)[1] < least * blob.k.min(1.0) {
             continue;
@@ -263,7 +263,7 @@ fn add_fields<S: Simd>(
                     let own = if blob.is_slab {
                         Lanes::select(s.abs().lt(half), flat, a.lit(0.0))
                     } else {
-                        core * (-s.squared()).exp()
+                        core * s.squared().bell()
                     };
                     add(simd, own, beta, at);
                 }

@@ -86,14 +86,17 @@ impl BlobList {
             weighed.extend(places.iter().zip(bounds).filter_map(candidate));
         }
         let loss = match purpose {
-            Purpose::Depth | Purpose::Sight => PICTURE_LOSS.max(RELATIVE_LOSS * sure),
+            Purpose::Depth | Purpose::Sight | Purpose::Shade => {
+                PICTURE_LOSS.max(RELATIVE_LOSS * sure)
+            }
             Purpose::Airlight => PICTURE_LOSS,
             Purpose::Nodes => {
                 let all: f64 = weighed.iter().map(|c| f64::from(c.most)).sum();
                 PICTURE_LOSS.min(1e-4 * all).max(RELATIVE_LOSS * sure)
             }
         };
-        Self::keep(blobs.all(), (bundle.origin, legs), &weighed, loss)
+        let opaque = if purpose == Purpose::Shade { f32::INFINITY } else { OPAQUE };
+        Self::keep(blobs.all(), (bundle.origin, legs), &weighed, [loss, opaque.into()])
     }
 
     /// All of them, as kernels read them.
@@ -130,12 +133,12 @@ impl BlobList {
         parts.take_while(|_| !progress.is_over()).for_each(|part| sum(&part));
     }
 
-    /// All but the candidates that together stay within `loss`.
+    /// All but the candidates that together stay within `loss`; those of a larger half depth than `opaque` for f64.
     fn keep(
         blobs: &[Gaussian],
         (origin, legs): (DVec3, Legs),
         candidates: &[Candidate],
-        loss: f64,
+        [loss, opaque]: [f64; 2],
     ) -> Self {
         let threshold = threshold(candidates, loss);
         let mut list = Self::default();
@@ -144,7 +147,7 @@ impl BlobList {
             let blob = &blobs[place];
             let by_eye = legs == Legs::OfEyes;
             let packed = pack(blob, candidate.place, origin, by_eye);
-            if packed.k > OPAQUE {
+            if f64::from(packed.k) > opaque {
                 let seen = if by_eye { blob.seen_by_eye(origin) } else { blob.seen_from(origin) };
                 list.opaque.push((place, seen));
                 continue;

@@ -8,21 +8,47 @@ use super::Preset;
 use super::geometry::{Facade, MeshBuilder, along, lathe};
 use super::stage::{camera, glass, glossy, glowing, lamp, matte, mesh};
 use crate::random::Random;
-use crate::scene::{Fog, Rgb, Scene, Surface};
+use crate::scene::{Environment, Fog, Light, Radiance, Rgb, Scene, Surface};
+use crate::sky::GradientSky;
 use engine::HEADLAMP;
 use gear::{HALF_GAUGE, RAIL_TOP};
 use glam::{DVec2, DVec3};
 
-/// The locomotive.
-pub fn preset() -> Preset {
-    Preset {
-        name: "vehicle-1223",
-        title: "Locomotive in smoke",
-        description: "A steam locomotive of more than 40 000 triangles waits at night in its smoke \
-            and steam; its headlamp lights them from inside. 1 223 particles, as many as blobs around \
-            the vehicle of Fogshop 2007, and two lamps.",
-        scene: scene(),
-    }
+/// The locomotive, by night and by day.
+pub fn presets() -> [Preset; 2] {
+    [
+        Preset {
+            name: "vehicle-1223",
+            title: "Locomotive in smoke",
+            description: "A steam locomotive of more than 40 000 triangles waits at night in its smoke \
+                and steam; its headlamp lights them from inside. 1 223 particles, as many as blobs around \
+                the vehicle of Fogshop 2007, and two lamps.",
+            scene: scene(),
+        },
+        Preset {
+            name: "vehicle-sky",
+            title: "Locomotive on a winter morning",
+            description: "The same locomotive in the same 1 223 particles by day: a bright overcast sky lights \
+                them from all around.",
+            scene: under_sky(),
+        },
+    ]
+}
+
+fn under_sky() -> Scene {
+    let mut scene = scene();
+    scene.lights = vec![Light::Environment(Environment {
+        id: Some("sky".into()),
+        radiance: Radiance::GradientSky(GradientSky {
+            zenith: Rgb([0.62, 0.66, 0.72]),
+            horizon: Rgb([0.4, 0.43, 0.48]),
+            ground: Rgb([0.1, 0.095, 0.09]),
+        }),
+        ..Environment::default()
+    })];
+    scene.background = Rgb::splat(0.0);
+    scene.fog.ambient = Rgb::splat(0.0);
+    scene
 }
 
 fn scene() -> Scene {
