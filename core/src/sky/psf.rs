@@ -37,7 +37,7 @@ impl Glow {
     }
 }
 
-/// Depth of the fog before a sky along a ray that meets nothing: of what is the same everywhere no more counts than the
+/// Depth of the fog before a sky along a ray of some length: of what is the same everywhere no more counts than the
 /// light's own path.
 pub fn depth_before(depth: f64, beta: f64, length_m: f64, path_m: f64) -> f64 {
     (depth - beta * (length_m - path_m).max(0.0)).max(0.0)
