@@ -98,6 +98,22 @@ impl Trial {
     }
 }
 
+/// Prints how far a picture by `auto` is off on so many rays, and fails where that is more than a median and a 95th
+/// percentile allow.
+///
+/// # Panics
+/// Then.
+pub fn stays_within(
+    trial: &Trial,
+    wanted: Use,
+    (height, count): (u32, usize),
+    [median, p95]: [f64; 2],
+) {
+    let [m, p, most] = trial.measure("auto", wanted, height, count).everywhere;
+    println!("{:12} {wanted:?}: median {m:.4}, p95 {p:.4}, most {most:.3}", trial.name);
+    assert!(m <= median && p <= p95, "{} {wanted:?}: median {m:.4}, p95 {p:.4}", trial.name);
+}
+
 /// Pairs of neighbours on either side of a border between tiles.
 fn at_seams(width: u32, height: u32, count: usize, random: &mut Random) -> Vec<usize> {
     let mut pairs = Vec::new();

@@ -9,7 +9,7 @@ use fogbank_core::sky::around;
 use fogbank_tests::scenes::{field, homogeneous, pixel_rays, probe, render, scene, view};
 use fogbank_tests::server::Server;
 use fogbank_tests::skies::skies;
-use fogbank_tests::trials::Use;
+use fogbank_tests::trials::{Use, stays_within};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -152,13 +152,7 @@ fn auto_meets_the_integral_under_skies() {
         for (wanted, [median, p95]) in
             [(Use::Numbers, [0.01, 0.05]), (Use::Screen, [0.01, 0.05]), (Use::Draft, [0.03, 0.15])]
         {
-            let [m, p, most] = trial.measure("auto", wanted, 120, 24).everywhere;
-            println!("{:12} {wanted:?}: median {m:.4}, p95 {p:.4}, most {most:.3}", trial.name);
-            assert!(
-                m <= median && p <= p95,
-                "{} {wanted:?}: median {m:.4}, p95 {p:.4}",
-                trial.name
-            );
+            stays_within(&trial, wanted, (120, 24), [median, p95]);
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Light of a sky scattered once into a view ray: ∫ ω β J(x, d) e^(−T(v,x)) dt, J as in [`sky`](crate::sky).
 //!
 //! What sums up a lamp's integrand sums up a sky's, as that of a sun whose T is −ln of what is left of the sky. The
-//! closed forms of the papers have no sky; they answer what their authors gave for one, a point spread function over
-//! the rays that meet nothing, or, where fog takes no light away, all of it.
+//! closed forms of the papers have no sky; they answer what their authors gave for one, a point spread function, or, where fog takes no light away, all of it.
 
 use super::path::Path;
 use super::{Method, mapped, march, reference, sun2005};
@@ -13,7 +12,6 @@ use crate::progress::Progress;
 use crate::sky::psf::{Glow, depth_before};
 use crate::sky::{Fineness, Radiance, SkyWays};
 use glam::DVec3;
-use std::f64::consts::PI;
 use std::rc::Rc;
 
 /// A view ray on which light of a sky is summed up.
@@ -41,39 +39,56 @@ impl Under<'_> {
         asked: Method,
         progress: &Progress,
     ) -> DVec3 {
-        let fineness = match asked {
+        match asked {
             _ if field.is_empty() => return DVec3::ZERO,
             Method::None => return DVec3::ZERO,
             Method::Sun2005 | Method::Fogshop2007 => {
                 let depth = field.depth(&self.ray, self.length);
                 return self.published(field, group, &Glow::new(self.sky), depth);
             }
-            Method::Macklin2010 => {
-                let parts = self.sky.all_parts(Fineness::FAST);
-                let whole: DVec3 = parts.iter().map(|part| part.weight).sum();
-                return self.thin(field, group, whole / (4.0 * PI));
-            }
-            Method::Reference => Fineness::REFERENCE,
-            Method::Auto | Method::March(_) => Fineness::FAST,
-        };
-        let sky = (self.sky, self.path_m);
-        let ways = SkyWays::new(field, sky, (phase, fineness), &self.ray, self.length);
-        let strength = ways.strength();
-        let ways = Rc::new(ways);
+            Method::Macklin2010 => return self.thin(field, group, self.sky.mean()),
+            Method::Reference | Method::Auto | Method::March(_) => {}
+        }
+        let ways = self.ways(field, phase, asked);
         let of_channel = |channel: usize| {
-            if !self.channels[channel] || strength[channel] == 0.0 {
-                return 0.0;
-            }
-            let path = Path::under(field, group, (&ways, channel), self.ray, self.length);
-            let (path, even) = (path.of(progress), PhaseFunction::ISOTROPIC);
-            strength[channel]
-                * match asked {
-                    Method::Reference => reference::airlight_along(&path, even),
-                    Method::March(steps) => march::airlight_along(&path, even, steps),
-                    _ => mapped::airlight_along(&path, even),
-                }
+            let is_asked = self.channels[channel];
+            let along = || self.along(field, group, (&ways, channel), asked, progress);
+            if is_asked { along() } else { 0.0 }
         };
         DVec3::from_array(std::array::from_fn(of_channel))
+    }
+
+    /// The fog between the ray and the sky, as finely as a method asks for.
+    pub fn ways(&self, field: &Field, phase: PhaseFunction, method: Method) -> Rc<SkyWays> {
+        let fineness = match method {
+            Method::Reference => Fineness::REFERENCE,
+            _ => Fineness::FAST,
+        };
+        let sky = (self.sky, self.path_m);
+        Rc::new(SkyWays::new(field, sky, (phase, fineness), &self.ray, self.length))
+    }
+
+    /// What a group scatters of one channel, summed up along the ray by a method.
+    pub fn along(
+        &self,
+        field: &Field,
+        group: usize,
+        (ways, channel): (&Rc<SkyWays>, usize),
+        method: Method,
+        progress: &Progress,
+    ) -> f64 {
+        let strength = ways.strength()[channel];
+        if strength == 0.0 {
+            return 0.0;
+        }
+        let path = Path::under(field, group, (ways, channel), self.ray, self.length);
+        let (path, even) = (path.of(progress), PhaseFunction::ISOTROPIC);
+        strength
+            * match method {
+                Method::Reference => reference::airlight_along(&path, even),
+                Method::March(steps) => march::airlight_along(&path, even, steps),
+                _ => mapped::airlight_along(&path, even),
+            }
     }
 
     /// T e^(−T) L ∗ NPSF (Sun 25–27, Fogshop 28), of which a group has its share.

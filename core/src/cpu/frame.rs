@@ -10,9 +10,8 @@ use super::traced::Traced;
 use super::{fog, mapped, shade, shadow, upsample};
 use crate::frame::cache::Cache;
 use crate::frame::context::Context;
-use crate::frame::lights::{cast, fill_tables, light_sides};
+use crate::frame::lights::{cast, fill_skies, fill_tables, light_sides};
 use crate::frame::samples::CENTER;
-use crate::frame::skies;
 use crate::frame::{Frame, Lap};
 use crate::geometry::batch::{Ends, Fogged, Row, TILE};
 use crate::kept::{Kept, Same};
@@ -83,7 +82,7 @@ pub fn render(
     if contexts.iter().any(|context| !context.skies.is_empty()) {
         let (mut fills, count) = (false, contexts.len());
         for context in &mut contexts {
-            fills |= skies::fill(context, cache, count)?;
+            fills |= fill_skies(context, cache, count)?;
         }
         clock.lap("sky", fills)?;
     }

@@ -1,6 +1,6 @@
 //! Light of skies: at places of rays, on surfaces, behind everything, and as the published methods have it.
 
-use crate::airlight::{Method, Path, Under, march, reference};
+use crate::airlight::Under;
 use crate::frame::context::{Context, Lamp, Scatter};
 use crate::frame::skies::{self, OfSky, Sky};
 use crate::frame::sky_table::{SkyTable, Summing};
@@ -10,7 +10,7 @@ use crate::geometry::control::{Control, Each, PADDED};
 use crate::light::sun;
 use crate::num::Num;
 use crate::phase::PhaseFunction;
-use crate::sky::{Fineness, SkyWays, harmonics};
+use crate::sky::{SkyWays, harmonics};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 use std::rc::Rc;
@@ -29,12 +29,7 @@ pub fn toward(context: &Context, own: &OfSky, rays: &Control, t: &[Each]) -> Vec
     let along = |c: usize| skies::along(own.phase, summing.order(), direction(c).normalize());
     let along: Vec<_> = (0..PADDED).map(along).collect();
     for (t, mean) in t.chunks(SIZE / PADDED).zip(mean.chunks_mut(SIZE / PADDED)) {
-        let (t, mean) = (t.as_flattened(), mean.as_flattened_mut());
-        let mut points = [[0.0; SIZE]; 3];
-        for at in 0..SIZE {
-            let point = rays.point(at % PADDED, t[at.min(t.len() - 1)]);
-            (0..3).for_each(|k| points[k][at] = point[k]);
-        }
+        let (points, mean) = (rays.points(t), mean.as_flattened_mut());
         let arrives = Arriving::new(context, sky.table.as_ref().as_ref(), summing, &points);
         for (at, mean) in mean.iter_mut().enumerate() {
             let (log, share) = arrives.sum(at, own.place, &along[at % PADDED]);
@@ -218,9 +213,7 @@ pub fn add_published(
         let sky = &context.skies[own.sky];
         let (channel, _) = sky.channels[own.place];
         for at in 0..rays.count {
-            let (ray, length) = in_full(context, rays, hits, at);
-            let under =
-                Under { sky: sky.radiance, path_m: sky.path_m, ray, length, channels: [true; 3] };
+            let under = under(sky, in_full(context, rays, hits, at));
             let scattered = match &sky.glow {
                 Some(glow) => under.published(context.field, group, glow, f64::from(depth[at])),
                 None => under.thin(context.field, group, sky.mean),
@@ -235,6 +228,11 @@ fn scale(lamp: &Lamp, channel: usize, sky: &Sky) -> f64 {
     let colour =
         sky.channels.iter().find(|(own, _)| *own == channel).map_or(1.0, |own| own.1[channel]);
     lamp.strength[channel] / colour
+}
+
+/// A sky before a ray of some length.
+fn under<'a>(sky: &Sky<'a>, (ray, length): (Ray, f64)) -> Under<'a> {
+    Under { sky: sky.radiance, path_m: sky.path_m, ray, length, channels: [true; 3] }
 }
 
 /// A ray in f64, and its length [m].
@@ -261,27 +259,14 @@ impl Ways {
         let (channel, _) = sky.channels[own.place];
         let key = (own.sky, own.phase);
         let known = self.0.iter().find(|(other, _)| *other == key).map(|(_, ways)| Rc::clone(ways));
+        let under = under(sky, (ray, length));
+        let (field, method) = (context.field, context.method);
         let ways = known.unwrap_or_else(|| {
-            let fineness = match context.method {
-                Method::Reference => Fineness::REFERENCE,
-                _ => Fineness::FAST,
-            };
-            let light = (sky.radiance, sky.path_m);
-            let ways = SkyWays::new(context.field, light, (own.phase, fineness), &ray, length);
-            let ways = Rc::new(ways);
+            let ways = under.ways(field, own.phase, method);
             self.0.push((key, Rc::clone(&ways)));
             ways
         });
-        let strength = ways.strength()[channel];
-        if strength == 0.0 {
-            return 0.0;
-        }
-        let path = Path::under(context.field, group, (&ways, channel), ray, length);
-        let path = path.of(context.job.progress);
-        let unit = match context.method {
-            Method::March(steps) => march::airlight_along(&path, PhaseFunction::ISOTROPIC, steps),
-            _ => reference::airlight_along(&path, PhaseFunction::ISOTROPIC),
-        };
-        unit * strength / scale(lamp, channel, sky)
+        let scattered = under.along(field, group, (&ways, channel), method, context.job.progress);
+        scattered / scale(lamp, channel, sky)
     }
 }

@@ -2,14 +2,14 @@
 
 use super::light_table::LightTable;
 use super::shafts::Shafts;
-use super::skies::{OfSky, Sky};
+use super::skies::{self, OfSky, Sky};
 use super::viewpoint::{Grid, Viewpoint};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::LitBlobs;
 use crate::airlight::mapped::OPAQUE;
-use crate::geometry::Ray;
 use crate::geometry::batch::TILE;
-use crate::light::Source;
+use crate::geometry::{Beyond, Ray};
+use crate::light::{Source, sun};
 use crate::media::noise::Bend;
 use crate::media::{Field, Purpose, Scattering};
 use crate::phase::PhaseFunction;
@@ -18,6 +18,7 @@ use crate::request::{Layer, Quality, View};
 use crate::scene::{Camera, CheckedScene, Lit, Material, Octave, SurfaceLighting};
 use crate::shapes::Geometry;
 use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Pixels of a draft from one of which fog is computed to the next.
@@ -72,6 +73,28 @@ impl Lamp {
     pub fn is_parted(&self) -> bool {
         self.is_shaded || self.source.beam().is_some()
     }
+}
+
+/// A sky, by its place in the frame, as lamps for all phase functions of the fog.
+fn lamps_of(place: usize, sky: &Sky, scatterings: &[Scattering]) -> Vec<Lamp> {
+    let mut phases: Vec<PhaseFunction> = Vec::new();
+    for own in scatterings {
+        if !phases.contains(&own.phase) {
+            phases.push(own.phase);
+        }
+    }
+    let source = Source::Sun(sun::Place(Beyond { toward: DVec3::Y, path_m: sky.path_m }));
+    let of_phase = |phase: PhaseFunction| {
+        let most = skies::most(sky.radiance, phase);
+        let lamp = move |(i, (channel, colour)): (usize, &(usize, DVec3))| {
+            let most = most[*channel];
+            let strength = *colour * (4.0 * PI * most * sun::DISTANCE_M * sun::DISTANCE_M);
+            let of_sky = Some(OfSky { sky: place, place: i, phase, most });
+            Lamp { of_sky, ..Lamp::new(source, strength) }
+        };
+        sky.channels.iter().enumerate().map(lamp)
+    };
+    phases.into_iter().flat_map(of_phase).collect()
 }
 
 /// What a group of terms scatters of a lamp.
@@ -160,7 +183,7 @@ impl<'a> Context<'a> {
         let skies =
             scene.skies().map(|(_, sky)| Sky::new(sky, scene.fog.light_path_m, band, asked));
         let skies: Vec<_> = skies.collect();
-        lamps.extend(skies.iter().enumerate().flat_map(|(i, sky)| sky.lamps(i, &scatterings)));
+        lamps.extend(skies.iter().enumerate().flat_map(|(i, sky)| lamps_of(i, sky, &scatterings)));
         // Skies stand behind everything in its place.
         let background = if skies.is_empty() { scene.background.0 } else { [0.0; 3] };
         let [r, g, b] = background.map(|v| v as f32);

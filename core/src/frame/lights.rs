@@ -4,9 +4,21 @@ use super::cache::Cache;
 use super::context::{Context, Lamp};
 use super::light_table::{self, Fineness, LightTable};
 use super::shafts::{self, Shafts};
+use super::skies;
+use super::sky_table::{SkyTable, Summing};
 use crate::airlight::Method;
 use crate::airlight::fogshop2007::{self, LightSide, LitBlobs};
+use crate::media::{Field, Moment};
 use crate::progress::Interrupted;
+use crate::request::Quality;
+use crate::sky;
+use std::sync::Arc;
+
+/// Most places of a table, of a draft and in full.
+const PLACES: [usize; 2] = [4 << 10, 64 << 10];
+/// Bytes of all tables of a frame; and the places that each may have in any case.
+const BYTES: usize = 128 << 20;
+const LEAST: usize = 512;
 
 /// For the published airlight: what lies between every blob and the lights and the eye.
 ///
@@ -84,6 +96,56 @@ pub fn fill_tables(context: &mut Context, cache: &Cache) -> Result<bool, Interru
     let tables = context.direct().iter().map(&mut table).collect::<Result<Vec<_>, _>>()?;
     for (lamp, table) in context.lamps.iter_mut().zip(tables) {
         lamp.table = table;
+    }
+    Ok(makes)
+}
+
+/// The frame's lights without a place: tabulates what is left of them, where something asks for it, in no more than
+/// its share of the bytes. Tells whether any table had to be made.
+///
+/// # Errors
+/// [`Interrupted`] when the job's progress says so.
+pub fn fill_skies(
+    context: &mut Context,
+    cache: &Cache,
+    contexts: usize,
+) -> Result<bool, Interrupted> {
+    let lights_fog = context.is_lit() && context.asked == Method::Auto;
+    let lights_surfaces = context.shows_surfaces();
+    if !lights_fog && !lights_surfaces {
+        return Ok(false);
+    }
+    let turns = lights_fog && context.lamps.iter().any(|lamp| !lamp.is_even());
+    let is_glossy =
+        context.materials.iter().any(|material| material[3..6].iter().any(|share| *share > 0.0));
+    let is_full = context.view.quality == Quality::Full;
+    let order = match (turns || is_glossy && lights_surfaces, lights_surfaces) {
+        (true, _) => skies::PREFERRED,
+        (false, true) => skies::MATTE,
+        (false, false) => 1,
+    };
+    let parts = if is_full || turns { sky::Fineness::FAST } else { sky::Fineness::DRAFT };
+    let place = size_of::<f32>() * 3 * order * order;
+    let most = (BYTES / (place * contexts * context.skies.len().max(1)))
+        .clamp(LEAST, PLACES[usize::from(is_full)]);
+    let air = Field::new(&[], 0, &Moment::default());
+    let (job, field, is_clear) = (context.job, context.field, context.is_clear);
+    let mut makes = false;
+    for own in &mut context.skies {
+        let channels: Vec<_> = own.channels.iter().map(|(channel, _)| *channel).collect();
+        let of_sky = (own.radiance.clone(), own.path_m, channels.clone());
+        let summing = Summing::new((own.radiance, own.path_m), channels, (parts, order));
+        if is_clear && lights_surfaces {
+            own.clear = SkyTable::new(&job, &air, &summing, 1)?;
+        }
+        if lights_fog || !is_clear {
+            own.table =
+                cache.sky_table(field, of_sky, (parts, order, most), job.progress, || {
+                    makes = true;
+                    SkyTable::new(&job, field, &summing, most)
+                })?;
+        }
+        own.summing = Some(Arc::new(summing));
     }
     Ok(makes)
 }

@@ -1,5 +1,6 @@
 //! Sixteen rays side by side, for fields along them: eight that stand for a patch, repeated, or others.
 
+use super::batch::{Rows, SIZE};
 use glam::{DVec3, Vec3};
 
 /// Numbers in a row: as many as the widest registers hold.
@@ -35,6 +36,17 @@ impl Control {
     pub fn first(&self) -> (DVec3, DVec3) {
         let first = |rows: &[Each; 3]| DVec3::from(rows.map(|row| f64::from(row[0])));
         (first(&self.offset), first(&self.direction).normalize())
+    }
+
+    /// Points of the rays, row by row; the last one again where there are fewer than a batch holds.
+    pub fn points(&self, t: &[Each]) -> Rows {
+        let t = t.as_flattened();
+        let mut points = [[0.0; SIZE]; 3];
+        for at in 0..SIZE {
+            let point = self.point(at % PADDED, t[at.min(t.len() - 1)]);
+            (0..3).for_each(|k| points[k][at] = point[k]);
+        }
+        points
     }
 
     /// A point of one of the rays.

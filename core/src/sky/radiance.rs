@@ -11,6 +11,7 @@ use crate::shared::Shared;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 tagged!(
@@ -157,6 +158,12 @@ impl Radiance {
             }
             Self::ImageSky(sky) => sky.map().toward(d),
         }
+    }
+
+    /// Its mean over all directions [W/(m² sr)].
+    pub fn mean(&self) -> DVec3 {
+        let whole: DVec3 = self.all_parts(Fineness::FAST).iter().map(|part| part.weight).sum();
+        whole / (4.0 * PI)
     }
 
     /// Its spherical harmonics below `order`.

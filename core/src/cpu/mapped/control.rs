@@ -102,13 +102,8 @@ fn toward_beyond(
 ) -> Vec<Each> {
     let mut mean = vec![[0.0; PADDED]; t.len()];
     for (t, mean) in t.chunks(SIZE / PADDED).zip(mean.chunks_mut(SIZE / PADDED)) {
-        let (t, mean) = (t.as_flattened(), mean.as_flattened_mut());
-        let mut points = [[0.0; SIZE]; 3];
-        for at in 0..SIZE {
-            let point = rays.point(at % PADDED, t[at.min(t.len() - 1)]);
-            (0..3).for_each(|k| points[k][at] = point[k]);
-        }
-        let depth = from_beyond(context, lamp, beyond, &points, 0..t.len(), true);
+        let (points, mean) = (rays.points(t), mean.as_flattened_mut());
+        let depth = from_beyond(context, lamp, beyond, &points, 0..mean.len(), true);
         let depths = mean.iter_mut().zip(depth);
         depths.for_each(|(mean, depth)| *mean = depth * (1.0 / sun::DISTANCE_M) as f32);
     }
