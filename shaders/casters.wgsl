@@ -34,6 +34,9 @@ const IN_PLANE: f32 = 1e-6;
 /// Ways to lights begin this share of the eye's distance above a surface, along its normal.
 const LIFT: f32 = 4e-4;
 
+/// Lamps that have a bit in a pixel's mark.
+const MARKED: u32 = 32u;
+
 /// A way to a lamp, relative to the anchor.
 struct Way {
     start: vec3<f32>,

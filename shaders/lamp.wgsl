@@ -24,6 +24,14 @@ struct Lamp {
     outer: f32,
     /// 1 if some surface may hide it from what is seen.
     is_shaded: u32,
+    /// The table of the sky of which it stands for a channel, from 1; 0 for all others.
+    sky: u32,
+    /// That channel, by its place in the table.
+    channel: u32,
+    /// Mean cosine of the phase function that scatters it.
+    sky_g: f32,
+    /// ln of the most radiance that goes on of it anywhere.
+    log_most: f32,
 }
 
 /// What a group of terms scatters of a lamp.

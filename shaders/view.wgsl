@@ -43,6 +43,8 @@ struct View {
     scatters: u32,
     /// Optical depth behind which nothing is seen.
     opaque: f32,
+    /// 1 if pixels at the rims of shadows are looked at again.
+    soft: u32,
 }
 
 /// A part of a list that one pass or one dispatch works on.

@@ -3,7 +3,7 @@
 use crate::airlight::Method;
 pub use crate::options::Options;
 use crate::scene::limits::{self, COUNTS};
-use crate::scene::{Camera, CheckedScene, Checker, Code, Problem, Scene, Vec3};
+use crate::scene::{Camera, CheckedScene, Checker, Code, Fog, Octave, Problem, Scene, Vec3};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -138,6 +138,14 @@ pub struct View {
 }
 
 impl View {
+    /// The octaves of a fog's light that the layer shows.
+    pub fn octaves(&self, fog: &Fog) -> Vec<Octave> {
+        match self.layer {
+            Layer::Beauty | Layer::Airlight => fog.octaves(),
+            _ => vec![Octave::FIRST],
+        }
+    }
+
     fn check(&self, check: &mut Checker) {
         check_size(check, self.width, self.height, COUNTS.picture_pixels);
         if let Some(samples) = self.samples {

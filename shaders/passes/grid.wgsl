@@ -29,6 +29,7 @@
 #import fogbank::grid::light_table
 #import fogbank::grid::rule
 #import fogbank::grid::shafts
+#import fogbank::sky::table as sky
 
 /// The work of a dispatch.
 struct Task {
@@ -597,6 +598,8 @@ fn tabulate(place: u32, scope: Scope, i: u32) {
     let light = lamps[scatter.lamp];
     let rays = rays_of_cell();
     let pairs = rays * scope.knots;
+    // Until all have looked the lamp before up, its values stand.
+    workgroupBarrier();
     for (var pair = place; pair < pairs; pair += SIZE) {
         let c = pair % rays;
         let k = pair / rays;
@@ -660,6 +663,9 @@ fn total_at(ray: view::Ray, which: u32, c: u32, k: u32) -> f32 {
     let t = knot_on(c, k);
     let point = ray.offset + t * ray.direction;
     let seen = table[index_of(DEPTH, c, k)] + haze::depth(ray.offset, ray.direction, t);
+    if lamps[which].sky > 0u {
+        return seen + max(sky::depth(lamps[which], point, ray.direction), 0.0);
+    }
     if lamp::is_sun(lamps[which]) {
         return seen + max(from_sun(which, point), 0.0);
     }

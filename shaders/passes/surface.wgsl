@@ -35,6 +35,17 @@
 /// What each lamp's table covers.
 @group(0) @binding(8) var<storage, read> extents: array<light_table::Extent>;
 #endif
+#ifdef SHADOWS
+/// Which lamps each pixel sees.
+@group(0) @binding(9) var marks: texture_2d<u32>;
+/// Where pixels at the rim of a shadow are looked at again, from their centres [px].
+const WITHIN: array<vec2<f32>, 4> = array<vec2<f32>, 4>(
+    vec2<f32>(-0.125, -0.375),
+    vec2<f32>(0.375, -0.125),
+    vec2<f32>(0.125, 0.375),
+    vec2<f32>(-0.375, 0.125),
+);
+#endif
 #ifdef LOW
 /// The same in the low resolution; 0 stands above for what comes from here.
 @group(0) @binding(7) var<storage, read> low_depths: array<f32>;
@@ -61,9 +72,13 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 #endif
     for (var i = part.first; i < part.end; i++) {
         let light = lamps[i];
+        var share = 1.0;
 #ifdef SHADOWS
         let is_seen = surface + 1u < arrayLength(&materials);
-        if is_seen && light.is_shaded == 1u && casters::hides(light, point + casters::LIFT * hit.w * hit.xyz) {
+        if is_seen && light.is_shaded == 1u {
+            share = lit_share(i, pixel, point + casters::LIFT * hit.w * hit.xyz, hit.xyz);
+        }
+        if share == 0.0 {
             continue;
         }
 #endif
@@ -82,7 +97,7 @@ fn add(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         );
         let factor = material.diffuse * reflected.diffuse
             + material.specular * reflected.specular;
-        sum += factor * light.strength * through;
+        sum += factor * light.strength * (through * share);
     }
     return vec4<f32>(sum, 0.0);
 }
@@ -111,6 +126,51 @@ fn depth_of(place: u32, pixel: vec2<u32>, point: vec3<f32>, toward: vec3<f32>) -
     return mean * distance_m;
 #endif
 }
+
+#ifdef SHADOWS
+/// How much of a pixel a lamp reaches, whose surface is at a point with a unit normal.
+fn lit_share(which: u32, pixel: vec2<u32>, point: vec3<f32>, normal: vec3<f32>) -> f32 {
+    if which >= casters::MARKED {
+        return select(1.0, 0.0, casters::hides(lamps[which], point));
+    }
+    let own = mark_of(pixel, which);
+    if frame.soft == 0u || !is_rim(pixel, which, own) {
+        return f32(own);
+    }
+    var within = WITHIN;
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let ray = view::ray_through(frame, view::sample_of(frame, pixel) + within[i]);
+        let t = dot(point - ray.offset, normal) / dot(ray.direction, normal);
+        let on_plane = ray.offset + t * ray.direction;
+        // Across an edge or at a grazing angle the plane leads astray.
+        let is_near = distance(on_plane, point) < 0.1 * distance(point, ray.offset);
+        let place = select(point, on_plane, is_near);
+        sum += select(0.25, 0.0, casters::hides(lamps[which], place));
+    }
+    return sum;
+}
+
+fn mark_of(pixel: vec2<u32>, which: u32) -> u32 {
+    return textureLoad(marks, pixel, 0).x >> which & 1u;
+}
+
+/// Whether a pixel beside sees a surface in another light.
+fn is_rim(pixel: vec2<u32>, which: u32, own: u32) -> bool {
+    let last = vec2<u32>(frame.targets) - 1u;
+    let before = max(pixel, vec2<u32>(1u)) - 1u;
+    let after = min(pixel + 1u, last);
+    return differs(vec2<u32>(before.x, pixel.y), which, own)
+        || differs(vec2<u32>(after.x, pixel.y), which, own)
+        || differs(vec2<u32>(pixel.x, before.y), which, own)
+        || differs(vec2<u32>(pixel.x, after.y), which, own);
+}
+
+fn differs(pixel: vec2<u32>, which: u32, own: u32) -> bool {
+    let is_seen = textureLoad(surfaces, pixel, 0).x != view::NOTHING;
+    return is_seen && mark_of(pixel, which) != own;
+}
+#endif
 
 #ifdef LOW
 fn low_depth(place: u32, around: sparse::Around, weights: vec4<f32>) -> f32 {

@@ -8,5 +8,7 @@ pub fn allowed(entry: &Value) -> f64 {
     // What changes faster than a grid's knots are apart: fog, and light between cones and shadows.
     let is_rippled =
         ["functions", "fogmap", "spot", "shadows"].iter().any(|model| entry["model"] == *model);
-    if is_rippled && entry["layer"] == "airlight" { 3e-2 } else { 1e-3 }
+    // Three to six bands of a sky that has a kink at the horizon.
+    let is_blurred = entry["model"] == "sky";
+    if is_blurred || is_rippled && entry["layer"] == "airlight" { 3e-2 } else { 1e-3 }
 }

@@ -5,9 +5,10 @@ use super::corners::AtCorners;
 use super::grid::{self, Grid};
 use super::noise::bend;
 use super::passes::{Depths, Fog, Fogging, Passes, Shading, Share, Tracing};
+use super::rims::Seen;
 use super::tiles::{Strip, by_blocks, tiles};
 use super::traced::Traced;
-use super::{fog, mapped, shade, shadow, upsample};
+use super::{fog, mapped, rims, shade, shadow, upsample};
 use crate::frame::cache::Cache;
 use crate::frame::context::Context;
 use crate::frame::lights::{cast, fill_skies, fill_tables, light_sides};
@@ -16,7 +17,7 @@ use crate::frame::{Frame, Lap};
 use crate::geometry::batch::{Ends, Fogged, Row, TILE};
 use crate::kept::{Kept, Same};
 use crate::progress::{Interrupted, Progress};
-use crate::request::{Layer, View};
+use crate::request::View;
 use crate::scene::{CheckedScene, Octave};
 use std::sync::Arc;
 use std::time::Instant;
@@ -34,9 +35,7 @@ pub fn render(
 ) -> Result<Frame, Interrupted> {
     let mut clock = Clock::start(progress);
     let geometry = cache.geometry(scene, progress)?;
-    let is_lit = matches!(view.layer, Layer::Beauty | Layer::Airlight);
-    let octaves = scene.fog.octaves().into_iter().filter(|own| is_lit || *own == Octave::FIRST);
-    let bands = octaves.map(|octave| {
+    let bands = view.octaves(&scene.fog).into_iter().map(|octave| {
         let bands = cache.seen_bands(scene, octave, view, progress)?;
         Ok((octave, bands))
     });
@@ -284,8 +283,9 @@ fn light_depths(
     low: Option<&upsample::Low>,
     lamps: &[usize],
 ) -> Result<(Depths, usize), Interrupted> {
-    let depths = tiles(context, strip.tiles.clone(), &Vec::new(), |index| {
+    let made = tiles(context, strip.tiles.clone(), &Default::default(), |index| {
         let rays = context.viewpoint.tile(context.grid.tile(index), CENTER);
+        let mut seen = Vec::new();
         let of_batch = |(at, ends): (usize, Ends)| {
             let Ends { rays, hits } = ends;
             let mut depths = match low {
@@ -296,14 +296,23 @@ fn light_depths(
                     lamps.iter().map(depth).collect::<Vec<_>>()
                 }
             };
-            let tile = (context.softens() && at == 0).then(|| context.grid.tile(index));
-            for (i, depth) in lamps.iter().zip(&mut depths) {
-                shadow::add(context, &context.lamps[*i], (rays, hits), tile, depth);
+            let lit = |i: &usize| shadow::lit(context, &context.lamps[*i], (rays, hits));
+            let lit: Vec<_> = lamps.iter().map(lit).collect();
+            if context.softens() && at == 0 {
+                seen = lit;
+            } else {
+                let shaded = lit.iter().zip(&mut depths);
+                shaded.for_each(|(lit, depth)| lit.iter().for_each(|lit| shadow::add(lit, depth)));
             }
             depths
         };
-        traced.batches(index, &rays).enumerate().map(of_batch).collect::<Vec<_>>()
+        let depths: Vec<_> = traced.batches(index, &rays).enumerate().map(of_batch).collect();
+        (depths, seen)
     })?;
+    let (mut depths, seen): (Depths, Seen) = made.into_iter().unzip();
+    if seen.iter().flatten().any(Option::is_some) {
+        rims::add(context, (traced, strip), lamps, &seen, &mut depths)?;
+    }
     let batches: usize = depths.iter().map(Vec::len).sum();
     Ok((depths, batches * size_of::<Row>()))
 }

@@ -11,6 +11,7 @@ mod mapped;
 mod noise;
 mod passes;
 mod places;
+mod rims;
 mod shade;
 mod shadow;
 mod sky;

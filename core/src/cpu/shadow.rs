@@ -7,7 +7,7 @@
 use super::shade::ends;
 use crate::frame::context::{Context, Lamp};
 use crate::frame::viewpoint::Tile;
-use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, TILE, get3, load3};
+use crate::geometry::batch::{Hits, NOTHING, Rays, Row, Rows, SIZE, get3, load3};
 use crate::geometry::bundle::Bundle;
 use crate::geometry::hierarchy::WAITING;
 use crate::geometry::{Beyond, Origin};
@@ -23,63 +23,52 @@ const DARK: f32 = 1e4;
 /// Where pixels at the rim of a shadow are looked at again, from their centres [px].
 const WITHIN: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [0.125, 0.375], [-0.375, 0.125]];
 
-/// Adds what stands for the shadows of a lamp to its optical depths to the hits of a batch; of the pixels of a tile, if
-/// it is given, those at the rim of a shadow have as much light as reaches some places of them.
-pub fn add(
-    context: &Context,
-    lamp: &Lamp,
-    (rays, hits): (&Rays, &Hits),
-    tile: Option<Tile>,
-    depth: &mut Row,
-) {
+/// How much of a lamp reaches the hits of a batch, 1 or 0; `None` where nothing hides it.
+pub fn lit(context: &Context, lamp: &Lamp, (rays, hits): (&Rays, &Hits)) -> Option<Box<Row>> {
     if !lamp.is_shaded || hits.surface.iter().all(|surface| *surface == NOTHING) {
-        return;
+        return None;
     }
+    let points = lifted(context, rays, hits);
+    let caster = Caster::new(context, 0.0, lamp, rays.count, hits, &points)?;
+    let mut lit = Box::new([1.0; SIZE]);
+    caster.cast(context, &points, &mut lit);
+    lit.iter().any(|lit| *lit < 1.0).then_some(lit)
+}
+
+/// Adds what stands for a lamp's shadows to its optical depths.
+pub fn add(lit: &Row, depth: &mut Row) {
+    for (depth, lit) in depth.iter_mut().zip(lit) {
+        *depth += if *lit > 0.0 { -lit.ln() } else { DARK };
+    }
+}
+
+/// Where rays end, a little above the surface.
+fn lifted(context: &Context, rays: &Rays, hits: &Hits) -> Rows {
     let mut points = dispatch!(context.job.level, simd => ends(simd, rays, hits));
     for (row, normal) in points.iter_mut().zip(&hits.normal) {
         for at in 0..rays.count {
             row[at] += normal[at] * (LIFT as f32 * hits.length[at]);
         }
     }
-    let beside = if tile.is_some() { context.viewpoint.pixel() } else { 0.0 };
-    let caster = Caster::new(context, beside, lamp, rays.count, hits, &points);
-    let Some(caster) = caster else { return };
-    let mut lit = [1.0; SIZE];
-    caster.cast(context, &points, &mut lit);
-    if let Some(tile) = tile {
-        soften(context, &caster, (hits, &points), tile, &mut lit);
-    }
-    for (depth, lit) in depth.iter_mut().zip(&lit) {
-        *depth += if *lit > 0.0 { -lit.ln() } else { DARK };
-    }
+    points
 }
 
-/// Takes the mean over some places of each pixel beside which there is another light.
-fn soften(
+/// Gives some pixels of a tile as much light of a lamp as reaches some places of them.
+pub fn soften(
     context: &Context,
-    caster: &Caster,
-    (hits, points): (&Hits, &Rows),
-    tile: Tile,
+    lamp: &Lamp,
+    (rays, hits): (&Rays, &Hits),
+    (tile, rim): (Tile, &[usize]),
     lit: &mut Row,
 ) {
-    let differs = |at: usize| {
-        let (x, y) = (at % TILE, at / TILE);
-        let beside = [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))];
-        let inside = beside.into_iter().filter(|(x, y)| *x < TILE && *y < TILE);
-        let mut others = inside.map(|(x, y)| y * TILE + x);
-        others.any(|other| hits.surface[other] != NOTHING && lit[other] != lit[at])
-    };
-    let is_seen = |at: &usize| hits.surface[*at] != NOTHING;
-    if !(0..SIZE).filter(is_seen).any(differs) {
+    let points = lifted(context, rays, hits);
+    let beside = context.viewpoint.pixel();
+    let Some(caster) = Caster::new(context, beside, lamp, rays.count, hits, &points) else {
         return;
-    }
-    // At its border a tile does not see its neighbours.
-    let is_outer = |at: usize| [at % TILE, at / TILE].iter().any(|x| *x == 0 || *x == TILE - 1);
-    let rim: Vec<_> =
-        (0..SIZE).filter(is_seen).filter(|at| differs(*at) || is_outer(*at)).collect();
+    };
     for some in rim.chunks(SIZE / WITHIN.len()) {
         let (mut places, mut seen) = ([[0.0; SIZE]; 3], [1.0; SIZE]);
-        for (i, place) in places_within(context, tile, hits, points, some).enumerate() {
+        for (i, place) in places_within(context, tile, hits, &points, some).enumerate() {
             (0..3).for_each(|k| places[k][i] = place[k]);
         }
         caster.cast(context, &places, &mut seen);

@@ -161,6 +161,11 @@ impl SkyTable {
         self.origin
     }
 
+    /// Where planes stand across each axis, from the origin [m].
+    pub fn knots(&self) -> &[Vec<f32>; 3] {
+        &self.knots
+    }
+
     /// See [`Summing::sum`].
     pub fn values(&self) -> &[f32] {
         &self.values

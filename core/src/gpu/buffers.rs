@@ -7,14 +7,16 @@ use super::device::{Buffer, Device, Failure};
 use super::layout::{
     self, Anchor, Bend, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
 };
+use super::skies::{Backdrops, SkyTables};
 use crate::airlight::fogshop2007::Eye;
 use crate::airlight::{Method, sun2005};
 use crate::frame::cache::Cache;
 use crate::frame::context::Context;
 use crate::frame::light_table::LightTable;
 use crate::frame::lights::light_sides;
-use crate::frame::samples;
+use crate::frame::samples::{self, CENTER};
 use crate::frame::shafts::Shafts;
+use crate::frame::sky_table::SkyTable;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::{Beyond, Origin};
@@ -25,6 +27,7 @@ use crate::media::noise;
 use crate::media::{Field, Media, PICTURE_LOSS, Words};
 use crate::phase::PhaseFunction;
 use crate::shapes::Geometry;
+use crate::sky::Radiance;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use wgpu::{BindingResource, BufferUsages};
@@ -167,6 +170,9 @@ pub struct KeptLists {
     phases: Kept<Vec<PhaseFunction>, Buffer>,
     casters: Kept<Same<Geometry>, Casters>,
     rows: Kept<Vec<Option<Same<Shafts>>>, Rows>,
+    /// Numbers of their tables.
+    pub skies: Kept<Vec<Same<Option<SkyTable>>>, Buffer>,
+    backdrops: Kept<Vec<Radiance>, Backdrops>,
 }
 
 impl Default for KeptLists {
@@ -181,6 +187,8 @@ impl Default for KeptLists {
             phases: Kept::new(LISTS, |_, _| 0),
             casters: Kept::new(LISTS, |_, _| 0),
             rows: Kept::new(ROWS, |_, _| 0),
+            skies: Kept::new(LISTS, |_, _| 0),
+            backdrops: Kept::new(ROWS, |_, _| 0),
         }
     }
 }
@@ -197,6 +205,8 @@ impl KeptLists {
         self.phases.clear();
         self.casters.clear();
         self.rows.clear();
+        self.skies.clear();
+        self.backdrops.clear();
     }
 }
 
@@ -227,6 +237,8 @@ pub struct Lists {
     pub rows: Option<Arc<Rows>>,
     /// What throws shadows on surfaces, if anything does, and how much of it there is.
     pub casters: Option<(Arc<Casters>, Buffer)>,
+    /// Light of skies that surfaces get, and skies themselves, if there are any.
+    pub skies: Option<(SkyTables, Arc<Backdrops>)>,
 }
 
 /// What bends view rays before blobs.
@@ -261,6 +273,8 @@ pub struct OnGrid {
     pub phases: Arc<Buffer>,
     /// What surfaces hide of the lamps.
     pub rows: Arc<Rows>,
+    /// What is left of skies.
+    pub skies: SkyTables,
     /// How fine it is.
     pub fineness: Fineness,
 }
@@ -275,6 +289,7 @@ impl OnGrid {
             tables: kept.tables.get(&lamps, progress, || Tables::new(device, context))?,
             phases: kept.phases.get(&phases, progress, tabulated)?,
             rows: of_lamps(device, kept, context)?,
+            skies: SkyTables::of_fog(device, kept, context)?,
             fineness: Fineness::of(&context.view, context.field),
         })
     }
@@ -324,6 +339,7 @@ impl Lists {
             on_grid: context.interpolates().then(on_grid).transpose()?,
             rows: rows(device, kept, context)?,
             casters: casters(device, kept, context)?,
+            skies: skies(device, kept, context)?,
         })
     }
 
@@ -372,6 +388,25 @@ fn casters(
     let casters = kept.casters.get(&key, context.job.progress, make)?;
     let counts = casters.counts(device, context)?;
     Ok(Some((casters, counts)))
+}
+
+/// Skies as surfaces see them, and as they stand behind those.
+fn skies(
+    device: &Device,
+    kept: &KeptLists,
+    context: &Context,
+) -> Result<Option<(SkyTables, Arc<Backdrops>)>, Failure> {
+    if context.skies.is_empty() || !context.shows_surfaces() {
+        return Ok(None);
+    }
+    let tables = if context.is_clear {
+        SkyTables::clear(device, context)
+    } else {
+        SkyTables::of_fog(device, kept, context)
+    };
+    let key: Vec<_> = context.skies.iter().map(|sky| sky.radiance.clone()).collect();
+    let make = || Backdrops::new(device, context);
+    Ok(Some((tables?, kept.backdrops.get(&key, context.job.progress, make)?)))
 }
 
 /// For the published airlight; empty for all others.
@@ -466,6 +501,13 @@ fn lamps(context: &Context) -> Vec<Lamp> {
         let strength = lamp.strength.as_vec3();
         let is_shaded = u32::from(lamp.is_shaded);
         let everywhere = Lamp { strength, is_shaded, ..Lamp::default() };
+        let everywhere = lamp.of_sky.map_or(everywhere, |own| Lamp {
+            sky: own.sky as u32 + 1,
+            channel: own.place as u32,
+            sky_g: own.phase.g as f32,
+            log_most: own.most.ln() as f32,
+            ..everywhere
+        });
         let cone = lamp.source.beam().map_or(everywhere, |beam| Lamp {
             axis: beam.axis.as_vec3(),
             inner: beam.inner as f32,
@@ -560,5 +602,7 @@ pub fn view(context: &Context, sample: DVec2, targets: Grid, step: usize) -> Vie
         blobs: context.field.lumps() as u32,
         scatters: context.scatters.len() as u32,
         opaque: context.view.options.opaque(),
+        // Further samples soften for themselves.
+        soft: u32::from(context.softens() && sample == CENTER),
     }
 }

@@ -111,6 +111,9 @@ const MODULES: &[(&str, &str)] = &sources![
     "screen",
     "sparse",
     "bundle",
+    "sky/harmonics",
+    "sky/table",
+    "sky/backdrop",
     "media/vertical",
     "media/numbers",
     "media/homogeneous",
@@ -182,8 +185,12 @@ passes! {
     Bend = "bend",
     /// What lies between a light and the surfaces.
     LightDepth = "light_depth",
+    /// Which lamps the surfaces see.
+    Lit = "lit",
     /// Light from the surfaces.
     Surface = "surface",
+    /// Light of skies from the surfaces, and behind everything.
+    Skies = "skies",
     /// What a layer shows.
     Composite = "composite",
     /// The mean of the samples, as it is or for a screen.
@@ -257,7 +264,9 @@ fn choices(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
 
 fn of_its_own(pass: Pass) -> Vec<Vec<&'static [&'static str]>> {
     match pass {
-        Pass::Triangles | Pass::Shapes | Pass::Knots | Pass::Bend => vec![],
+        Pass::Triangles | Pass::Shapes | Pass::Knots | Pass::Bend | Pass::Lit | Pass::Skies => {
+            vec![]
+        }
         Pass::LightDepth => vec![vec![&[], &["MISSING"]]],
         Pass::Haze => {
             let lit: &[&[&str]] = &[

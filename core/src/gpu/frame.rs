@@ -31,6 +31,13 @@ pub enum Picture {
 }
 
 impl Picture {
+    /// Adds numbers of the same layer to its own.
+    pub fn add(&mut self, other: &Self) {
+        if let (Self::Linear(sums), Self::Linear(own)) = (self, other) {
+            sums.iter_mut().zip(own).for_each(|(sum, value)| *sum += value);
+        }
+    }
+
     /// Of one band, or of red, green and blue, each of which gives its own channel.
     pub fn of_bands(mut bands: Vec<Self>, layer: Layer) -> Option<Self> {
         let (own, all) = (layer.channels(1), layer.channels(3));
@@ -70,6 +77,8 @@ pub struct Targets {
     /// Place of the surface.
     pub surfaces: Texture,
     pub depth: Texture,
+    /// Which lamps they see, if anything hides one.
+    pub marks: Option<Texture>,
     /// Light from surfaces.
     pub radiance: Texture,
     /// Airlight, and optical depth.
@@ -88,6 +97,8 @@ pub struct Targets {
 pub struct Recorder<'a> {
     pub gpu: &'a Gpu,
     pub context: &'a Context<'a>,
+    /// Whether its picture is all that is shown.
+    pub is_whole: bool,
     pub lists: &'a Lists,
     pub triangles: &'a Triangles,
     pub targets: Targets,
@@ -106,7 +117,7 @@ pub struct Recorder<'a> {
 /// Renders the layer's picture, and tells what each pass took, where the device can.
 pub fn render(
     gpu: &Gpu,
-    context: &Context,
+    (context, is_whole): (&Context, bool),
     triangles: &Triangles,
     lists: &Lists,
 ) -> Result<(Picture, Times), Failure> {
@@ -114,7 +125,7 @@ pub fn render(
         Some(samples) if samples > 1 => samples::shifts(samples as usize),
         _ => vec![CENTER],
     };
-    let mut frame = Recorder::new(gpu, context, triangles, lists, shifts.len())?;
+    let mut frame = Recorder::new(gpu, (context, is_whole), (triangles, lists), shifts.len())?;
     for (i, shift) in shifts.iter().enumerate() {
         frame.sample(*shift, i == 0)?;
     }
@@ -124,18 +135,18 @@ pub fn render(
 impl<'a> Recorder<'a> {
     fn new(
         gpu: &'a Gpu,
-        context: &'a Context<'a>,
-        triangles: &'a Triangles,
-        lists: &'a Lists,
+        (context, is_whole): (&'a Context<'a>, bool),
+        (triangles, lists): (&'a Triangles, &'a Lists),
         samples: usize,
     ) -> Result<Self, Failure> {
         let device = &gpu.device;
         let frame = Self {
             gpu,
             context,
+            is_whole,
             lists,
             triangles,
-            targets: Targets::new(gpu, context, samples)?,
+            targets: Targets::new(gpu, context, samples, lists.casters.is_some())?,
             view: view(gpu, context, CENTER, 1)?,
             low_view: is_low(context)
                 .then(|| view(gpu, context, CENTER, DRAFT_STEP))
@@ -265,7 +276,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl Targets {
-    fn new(gpu: &Gpu, context: &Context, samples: usize) -> Result<Self, Failure> {
+    fn new(gpu: &Gpu, context: &Context, samples: usize, casts: bool) -> Result<Self, Failure> {
         let grid = context.grid;
         let target = |format| gpu.device.target(grid.width as u32, grid.height as u32, format);
         let list = |grid: Grid| {
@@ -277,6 +288,7 @@ impl Targets {
             hits: target(LIGHT)?,
             surfaces: target(NUMBER)?,
             depth: target(DEPTH)?,
+            marks: casts.then(|| target(NUMBER)).transpose()?,
             radiance: target(LIGHT)?,
             fog: target(LIGHT)?,
             computed: context.shows_fog().then(|| list(grid)).transpose()?,

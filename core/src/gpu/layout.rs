@@ -4,7 +4,7 @@
 use encase::ShaderType;
 use encase::internal::WriteInto;
 use encase::{StorageBuffer, UniformBuffer};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{UVec3, Vec2, Vec3, Vec4};
 
 /// A struct, its twin in WGSL, and the names of its fields.
 macro_rules! rows {
@@ -36,14 +36,14 @@ rows! {
     View in "fogbank::view" {
         forward: Vec3, far_m: f32, right: Vec3, sample_x: f32, up: Vec3, sample_y: f32,
         size: Vec2, targets: Vec2, ambient: Vec3, cut_off_m: f32, weighing: f32, exposure: f32,
-        parallel: u32, step: u32, blobs: u32, scatters: u32, opaque: f32
+        parallel: u32, step: u32, blobs: u32, scatters: u32, opaque: f32, soft: u32
     }
     /// A part of a list that one dispatch works on.
     Span in "fogbank::view" { first: u32, end: u32, lamp: u32, slot: u32 }
     /// A light.
     Lamp in "fogbank::lamp" {
         position: Vec3, distance_m: f32, strength: Vec3, path_m: f32, toward: Vec3, inner: f32,
-        axis: Vec3, outer: f32, is_shaded: u32
+        axis: Vec3, outer: f32, is_shaded: u32, sky: u32, channel: u32, sky_g: f32, log_most: f32
     }
     /// What a group of terms scatters of a lamp.
     Scatter in "fogbank::lamp" { colour: Vec3, g: f32, lamp: u32, group: u32, share: f32 }
@@ -82,6 +82,12 @@ rows! {
         origin: Vec3, ends: u32, axis: Vec3, far: f32, right: Vec3, middle: f32, up: Vec3,
         first: f32, density: f32, begin: f32, scale: f32, slices: u32, bins: u32, place: u32
     }
+    /// What the table of a sky covers.
+    Table in "fogbank::sky::table" {
+        origin: Vec3, begin: u32, size: UVec3, order: u32, colours: [Vec4; 3], channels: u32
+    }
+    /// How bright a sky is.
+    Backdrop in "fogbank::sky::backdrop" { kind: u32, begin: u32, count: u32, width: u32 }
     /// A plane, a sphere or a box.
     Shape in "shapes" { first: Vec4, second: Vec4, kind: u32, surface: u32 }
 }

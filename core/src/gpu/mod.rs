@@ -11,6 +11,7 @@ mod frame;
 mod layout;
 mod passes;
 mod pipelines;
+mod skies;
 mod staging;
 mod timer;
 
@@ -22,12 +23,13 @@ pub use device::{Failure, Wanted};
 use crate::airlight::Method;
 use crate::frame::cache::Cache;
 use crate::frame::context::{Context, DRAFT_STEP};
-use crate::frame::lights::{cast, fill_tables};
+use crate::frame::lights::{cast, fill_skies, fill_tables};
+use crate::frame::skies::Sky;
 use crate::frame::{Frame, Lap};
 use crate::kept::{Kept, Most, Same};
 use crate::progress::Progress;
-use crate::request::{Layer, Quality, View};
-use crate::scene::{CheckedScene, Octave};
+use crate::request::{Quality, View};
+use crate::scene::CheckedScene;
 use crate::shapes::Geometry;
 use buffers::{KeptLists, Lists, Triangles};
 use compose::Pass;
@@ -112,7 +114,10 @@ impl Gpu {
 
     /// Whether there is a pass for the airlight that is asked for; what is not shown needs none.
     fn takes(context: &Context) -> bool {
+        // Published answers for skies are the CPU's.
+        let is_published = context.asked != Method::Auto && !context.skies.is_empty();
         let has_pass = match context.method {
+            _ if is_published => false,
             Method::None | Method::Sun2005 | Method::Fogshop2007 | Method::Macklin2010 => true,
             // Numbers are the CPU's.
             Method::Auto => context.is_for_the_eye() || context.scatters.is_empty(),
@@ -140,27 +145,28 @@ impl Gpu {
         view: &View,
         progress: &Progress,
     ) -> Result<Option<Frame>, Failure> {
-        let shows_octaves = matches!(view.layer, Layer::Beauty | Layer::Airlight);
-        if shows_octaves && scene.fog.octaves().len() > 1 {
-            // They are the CPU's.
-            return Ok(None);
-        }
-        let shows_light = shows_octaves || view.layer == Layer::Surface;
-        if shows_light && scene.skies().next().is_some() {
-            return Ok(None);
-        }
         let geometry = cache.geometry(scene, progress)?;
-        let fields = cache.seen_bands(scene, Octave::FIRST, view, progress)?;
-        let is_coloured = fields.each().len() > 1;
+        let octaves = view.octaves(&scene.fog);
+        let fields = octaves.iter().map(|own| cache.seen_bands(scene, *own, view, progress));
+        let fields = fields.collect::<Result<Vec<_>, _>>()?;
+        let count = fields[0].each().len();
+        let contexts = count * octaves.len();
         let mut bands = Vec::new();
-        for (channel, field) in fields.each().iter().enumerate() {
-            let field = (field, Octave::FIRST, is_coloured.then_some(channel));
-            let context = Context::new(scene, &geometry, field, view, progress);
-            let Some(band) = self.band(cache, context, &geometry)? else { return Ok(None) };
-            bands.push(band);
+        for band in 0..count {
+            let mut sum = None;
+            for (octave, fields) in octaves.iter().zip(&fields) {
+                let field = (&fields.each()[band], *octave, (count > 1).then_some(band));
+                let context = Context::new(scene, &geometry, field, view, progress);
+                let Some(own) = self.part(cache, context, &geometry, contexts)? else {
+                    return Ok(None);
+                };
+                sum = Some(own.behind(sum));
+            }
+            bands.extend(sum);
         }
         let channels = view.layer.channels(bands.len());
-        let (pictures, timings): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
+        let parts = bands.into_iter().map(|Part { picture, laps }| (picture, laps));
+        let (pictures, timings): (Vec<_>, Vec<_>) = parts.unzip();
         let timings = total(timings);
         let (pixels, shown) = match Picture::of_bands(pictures, view.layer) {
             Some(Picture::Screen(bytes)) => (Vec::new(), Some(bytes)),
@@ -172,34 +178,37 @@ impl Gpu {
         Ok(Some(Frame { width, height, channels, layer, camera, pixels, shown, timings, backend }))
     }
 
-    /// The picture as one band has it; `None` if there is no pass for it.
-    fn band(
+    /// One of so many parts of a picture; `None` if there is no pass for it.
+    fn part(
         &self,
         cache: &Cache,
         mut context: Context,
         geometry: &Arc<Geometry>,
-    ) -> Result<Option<(Picture, Vec<Lap>)>, Failure> {
+        contexts: usize,
+    ) -> Result<Option<Part>, Failure> {
         let begun = Instant::now();
         if !Self::takes(&context) {
             return Ok(None);
         }
         fill_tables(&mut context, cache)?;
+        fill_skies(&mut context, cache, contexts)?;
         cast(&mut context, cache)?;
         if sums_too_many(&context) {
             return Ok(None);
         }
-        let mut timings = vec![Lap::new("prepare", begun.elapsed())];
-        let drawn = match self.draw(cache, &context, geometry) {
+        let mut laps = vec![Lap::new("prepare", begun.elapsed())];
+        let is_whole = contexts == 1;
+        let drawn = match self.draw(cache, &context, geometry, is_whole) {
             // What idles on the device makes room for what is asked for.
             Err(Failure::Memory(_)) => {
                 self.forget();
-                self.draw(cache, &context, geometry)
+                self.draw(cache, &context, geometry, is_whole)
             }
             drawn => drawn,
         };
         let (picture, times) = drawn?;
-        timings.extend(times.into_iter().map(|(pass, took)| Lap::new(pass, took)));
-        Ok(Some((picture, timings)))
+        laps.extend(times.into_iter().map(|(pass, took)| Lap::new(pass, took)));
+        Ok(Some(Part { picture, laps }))
     }
 
     fn draw(
@@ -207,11 +216,12 @@ impl Gpu {
         cache: &Cache,
         context: &Context,
         geometry: &Arc<Geometry>,
+        is_whole: bool,
     ) -> Result<(Picture, Times), Failure> {
         let make = || Triangles::new(&self.device, geometry);
         let triangles = self.triangles.get(&Same::new(geometry), context.job.progress, make)?;
         let lists = Lists::new(&self.device, &self.lists, context, (cache, geometry))?;
-        frame::render(self, context, &triangles, &lists)
+        frame::render(self, (context, is_whole), &triangles, &lists)
     }
 
     /// Lets go of all that is kept between frames but the pipelines.
@@ -227,6 +237,22 @@ impl Gpu {
     }
 }
 
+/// A picture in one band of colour and one octave of light, and what its passes took.
+struct Part {
+    picture: Picture,
+    laps: Vec<Lap>,
+}
+
+impl Part {
+    /// Behind the octaves before, if there are any.
+    fn behind(mut self, before: Option<Self>) -> Self {
+        let Some(mut sum) = before else { return self };
+        sum.picture.add(&self.picture);
+        sum.laps.append(&mut self.laps);
+        sum
+    }
+}
+
 /// What the passes of all bands took, pass by pass.
 fn total(bands: Vec<Vec<Lap>>) -> Vec<Lap> {
     let mut laps: Vec<Lap> = Vec::new();
@@ -239,8 +265,16 @@ fn total(bands: Vec<Vec<Lap>>) -> Vec<Lap> {
     laps
 }
 
-/// Whether lights without a table have too many blobs around them.
+/// Whether lights without a table have too many blobs around them, or a sky has none where it is looked up.
 fn sums_too_many(context: &Context) -> bool {
-    let has_none = context.lamps.iter().any(|lamp| lamp.table.is_none());
+    let has_none = context.direct().iter().any(|lamp| lamp.table.is_none());
+    let is_untabled = |sky: &Sky| {
+        let on_surfaces = context.shows_surfaces();
+        let in_fog = context.interpolates() || on_surfaces && !context.is_clear;
+        let is_lit = !sky.channels.is_empty();
+        let is_clear = on_surfaces && context.is_clear;
+        is_lit && (in_fog && sky.table.is_none() || is_clear && sky.clear.is_none())
+    };
     context.interpolates() && has_none && context.field.lumps() > MOST_UNTABLED
+        || context.skies.iter().any(is_untabled)
 }

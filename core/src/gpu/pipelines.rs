@@ -138,6 +138,7 @@ fn targets(key: &Composition) -> Vec<Option<ColorTargetState>> {
         Pass::Triangles | Pass::Shapes => vec![target(LIGHT, None), target(NUMBER, None)],
         Pass::Tonemap if key.defines.contains(&"SCREEN") => vec![target(SCREEN, None)],
         Pass::Tonemap => vec![target(LIGHT, None)],
+        Pass::Lit => vec![target(NUMBER, None)],
         Pass::Composite if key.defines.contains(&"MARK_EDGES") => {
             vec![target(LIGHT, add), target(NUMBER, None)]
         }

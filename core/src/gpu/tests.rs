@@ -1,6 +1,8 @@
 //! The shaders against the CPU's text of the same maths, on whatever Vulkan adapter there is: in CI a
 //! driver in software.
 
+mod lights;
+
 use super::device::Stage;
 use super::{Failure, Gpu, Wanted};
 use crate::cpu::Cpu;
@@ -46,11 +48,12 @@ fn differing(frames: &[Frame; 2], share: f32) -> usize {
     a.iter().zip(b).filter(differs).count()
 }
 
-/// The presets that an airlight takes, but those that show light of a sky.
+/// The presets that an airlight takes on a device; what it publishes of skies is the CPU's.
 fn taken(airlight: Airlight) -> impl Iterator<Item = (&'static str, CheckedScene)> {
     let takes = move |preset: &Preset| {
         let is_under_sky = preset.scene.lights.iter().any(|light| light.sky().is_some());
-        preset.scene.fog.refusal(airlight).is_none() && !is_under_sky
+        let is_published = airlight != Airlight::Auto && is_under_sky;
+        preset.scene.fog.refusal(airlight).is_none() && !is_published
     };
     let taken = presets::all().into_iter().filter(takes);
     taken.map(|preset| (preset.name, preset.scene.check().expect("a preset")))
@@ -102,7 +105,7 @@ fn shown_by_grid(layer: Layer, airlight: Airlight) -> View {
 #[test]
 fn the_grid_is_the_cpus() {
     let gpu = gpu();
-    for name in ["steaming-vessel", "terrain-292", "city-353"] {
+    for name in ["steaming-vessel", "terrain-292", "city-353", "lighthouse"] {
         let preset = presets::all().into_iter().find(|preset| preset.name == name);
         let scene = preset.expect("a preset").scene.check().expect("a valid preset");
         for layer in [Layer::Airlight, Layer::Beauty] {
@@ -111,7 +114,7 @@ fn the_grid_is_the_cpus() {
             assert_eq!((frames[0].backend, frames[1].backend), ("gpu", "cpu"));
             let off = differing(&frames, BOTH);
             // At the rims of thin shafts rounding decides between two slices.
-            assert!(20 * off <= frames[1].pixels.len(), "{name} {layer:?}: {off}");
+            assert!(100 * off <= frames[1].pixels.len(), "{name} {layer:?}: {off}");
         }
     }
 }
@@ -276,8 +279,7 @@ fn flip(a: &Frame, b: &Frame, view: &View) -> f64 {
 }
 
 /// Blobs are added up in another order, and the device brings radiance onto the screen itself: the
-/// eye sees no difference, but that the CPU softens the rims of shadows on surfaces and the device does not: on relief
-/// full of shadows that is some 0.015.
+/// eye sees no difference.
 #[test]
 fn pictures_look_like_the_cpus() {
     let gpu = gpu();
@@ -298,7 +300,7 @@ fn pictures_look_like_the_cpus() {
             let [a, b] = both(&gpu, &scene, &view);
             assert!(a.shown.is_some() && b.shown.is_none(), "who brings a picture onto the screen");
             let mean = flip(&a, &b, &view);
-            assert!(mean < 0.03, "{name}: {mean}");
+            assert!(mean < 0.01, "{name}: {mean}");
         }
     }
 }

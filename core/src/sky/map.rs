@@ -92,6 +92,11 @@ impl RadianceMap {
         Ok(Self { width, pixels, parts: Mutex::default() })
     }
 
+    /// Pixels of a row, and all of them.
+    pub(super) fn rows(&self) -> (usize, &[[f32; 3]]) {
+        (self.width, &self.pixels)
+    }
+
     fn height(&self) -> usize {
         self.pixels.len() / self.width
     }

@@ -8,7 +8,7 @@ use crate::json::limits::{self, COUNTS};
 use crate::json::tagged::tagged;
 use crate::json::{Checker, Code, Rgb};
 use crate::shared::Shared;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -157,6 +157,26 @@ impl Radiance {
                 sum.max(DVec3::ZERO)
             }
             Self::ImageSky(sky) => sky.map().toward(d),
+        }
+    }
+
+    /// Colours by which a shader draws it: for each kind its number and how many bands or pixels a row has
+    /// (`shaders/sky/backdrop.wgsl`).
+    pub fn drawn(&self) -> (u32, usize, Vec<Vec3>) {
+        let colour = |rgb: &Rgb| rgb.vector().as_vec3();
+        match self {
+            Self::UniformSky(sky) => (0, 1, vec![colour(&sky.rgb)]),
+            Self::GradientSky(sky) => {
+                (1, 1, [sky.zenith, sky.horizon, sky.ground].iter().map(colour).collect())
+            }
+            Self::HarmonicSky(sky) => {
+                let factors = sky.coefficients.iter().map(colour);
+                (2, sky.coefficients.len().isqrt(), factors.collect())
+            }
+            Self::ImageSky(sky) => {
+                let (width, pixels) = sky.map().rows();
+                (3, width, pixels.iter().map(|pixel| Vec3::from(*pixel)).collect())
+            }
         }
     }
 

@@ -24,11 +24,11 @@ use record::{Change, Head, Heading, Kind, Record, Row};
 use room::State;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::oneshot;
 use vault::Vault;
-use writer::{Order, Task};
+use writer::{Order, Task, Writer};
 
 /// Scenes in use that are kept in memory; whoever comes back to an older one waits until it is read again.
 const ROOMS: usize = 64;
@@ -145,7 +145,7 @@ pub struct Store {
     vault: Arc<Vault>,
     /// The one used last stands at the end.
     rooms: Mutex<Vec<Arc<Room>>>,
-    orders: mpsc::Sender<Order>,
+    writer: Writer,
     /// Bytes that wait to be written.
     waiting: Arc<AtomicUsize>,
 }
@@ -162,9 +162,9 @@ impl Store {
     fn of(vault: Vault) -> Result<Self, Failure> {
         let vault = Arc::new(vault);
         let waiting = Arc::new(AtomicUsize::new(0));
-        let orders = writer::start(Arc::clone(&vault), Arc::clone(&waiting));
-        let orders = orders.map_err(|error| Failure::Other(error.to_string()))?;
-        Ok(Self { vault, rooms: Mutex::default(), orders, waiting })
+        let writer = Writer::start(Arc::clone(&vault), Arc::clone(&waiting));
+        let writer = writer.map_err(|error| Failure::Other(error.to_string()))?;
+        Ok(Self { vault, rooms: Mutex::default(), writer, waiting })
     }
 
     /// A scene, durable or just being made; it may not exist.
@@ -393,7 +393,7 @@ impl Store {
         self.waiting.fetch_add(record.change.len(), Ordering::Relaxed);
         let (done, is_done) = oneshot::channel();
         let order = Order { room: Arc::clone(&room), task: Task::Write(Box::new(record)), done };
-        self.orders.send(order).map_err(|_| Refusal::Failed("the writer is gone".into()))?;
+        self.writer.take(order)?;
         drop(guard);
         Ok(Writing { written, room, wait: Wait::Done(is_done) })
     }
@@ -468,7 +468,7 @@ impl Store {
         let (done, is_done) = oneshot::channel();
         let key = key.map(|Key { name, digest }| (name, digest));
         let order = Order { room: Arc::clone(&room), task: Task::Delete(base, key), done };
-        self.orders.send(order).map_err(|_| Refusal::Failed("the writer is gone".into()))?;
+        self.writer.take(order)?;
         drop(guard);
         let written = Written { revision: base, patch: Patch::default(), is_new: false };
         Ok(Writing { written, room, wait: Wait::Done(is_done) })

@@ -9,6 +9,7 @@ use super::vault::{Failure, Vault};
 use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
+use std::thread::JoinHandle;
 use tokio::sync::oneshot;
 
 /// Writes of one transaction.
@@ -32,23 +33,53 @@ pub struct Order {
     pub done: oneshot::Sender<Result<(), Refusal>>,
 }
 
-/// Starts the thread, which takes what it wrote off the bytes that are `waiting`; it ends when nobody can send orders any more.
-///
-/// # Errors
-/// When the system gives no thread.
-pub fn start(vault: Arc<Vault>, waiting: Arc<AtomicUsize>) -> io::Result<mpsc::Sender<Order>> {
-    let (orders, come) = mpsc::channel::<Order>();
-    let work = move || {
-        while let Ok(first) = come.recv() {
-            let others = come.try_iter().take(TOGETHER - 1);
-            let orders: Vec<_> = std::iter::once(first).chain(others).collect();
-            let bytes = orders.iter().map(Order::bytes).sum();
-            serve(&vault, orders);
-            waiting.fetch_sub(bytes, Ordering::Relaxed);
+/// The thread. It is joined when it is let go of, so that nobody writes to what another process may have opened by then.
+pub struct Writer {
+    orders: Option<mpsc::Sender<Order>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Writer {
+    /// Starts it. It takes what it wrote off the bytes that are `waiting`.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(vault: Arc<Vault>, waiting: Arc<AtomicUsize>) -> io::Result<Self> {
+        let (orders, come) = mpsc::channel::<Order>();
+        let work = move || {
+            while let Ok(first) = come.recv() {
+                let others = come.try_iter().take(TOGETHER - 1);
+                let orders: Vec<_> = std::iter::once(first).chain(others).collect();
+                let bytes = orders.iter().map(Order::bytes).sum();
+                serve(&vault, orders);
+                waiting.fetch_sub(bytes, Ordering::Relaxed);
+            }
+        };
+        let thread = std::thread::Builder::new().name("writer".into()).spawn(work)?;
+        Ok(Self { orders: Some(orders), thread: Some(thread) })
+    }
+
+    /// Hands an order over.
+    ///
+    /// # Errors
+    /// When the thread has ended.
+    pub fn take(&self, order: Order) -> Result<(), Refusal> {
+        let sent = self.orders.as_ref().map(|orders| orders.send(order));
+        match sent {
+            Some(Ok(())) => Ok(()),
+            _ => Err(Refusal::Failed("the writer is gone".into())),
         }
-    };
-    std::thread::Builder::new().name("writer".into()).spawn(work)?;
-    Ok(orders)
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        // Orders that came still are served.
+        self.orders = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
 }
 
 fn serve(vault: &Vault, orders: Vec<Order>) {

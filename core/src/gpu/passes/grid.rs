@@ -170,7 +170,7 @@ impl Recorder<'_> {
         entries.extend(self.lists.haze());
         entries.extend(self.lists.on_grid.iter().flat_map(|own| {
             let lists = [all(17, &own.phases)].into_iter().chain(own.rows.entries());
-            own.tables.entries(7).into_iter().chain(lists)
+            own.tables.entries(7).into_iter().chain(lists).chain(own.skies.entries())
         }));
         let bind = pipeline.bind(&self.gpu.device, &entries);
         self.compute("airlight", &pipeline, &bind, |pass| {

@@ -18,9 +18,16 @@ struct Depths {
 }
 
 impl Recorder<'_> {
-    /// Light from the surfaces, a few lamps at a time.
+    /// Light from the surfaces: of skies, and of lamps.
     pub fn surface_radiance(&mut self) -> Result<(), Failure> {
-        let lamps = self.context.lamps.len() as u32;
+        self.lamps()?;
+        self.skies()
+    }
+
+    /// A few lamps at a time.
+    fn lamps(&mut self) -> Result<(), Failure> {
+        self.mark_lit()?;
+        let lamps = self.context.direct().len() as u32;
         let is_clear = self.context.is_clear;
         if is_clear || self.context.field.lumps() == 0 || lamps == 0 || self.has_tables() {
             return self.reflect(&[], 0..lamps);
@@ -43,6 +50,29 @@ impl Recorder<'_> {
             self.reflect(&depths, first..end)?;
         }
         self.kept.extend(depths.into_iter().map(|depths| depths.values));
+        Ok(())
+    }
+
+    /// Which lamps the surfaces see, where anything hides one.
+    fn mark_lit(&mut self) -> Result<(), Failure> {
+        let Some((casters, counts)) = &self.lists.casters else { return Ok(()) };
+        let Some(marks) = &self.targets.marks else { return Ok(()) };
+        let pipeline = self.pipeline(Pass::Lit, &[])?;
+        let entries = [
+            all(0, &self.view),
+            texture(1, &self.targets.hits),
+            texture(2, &self.targets.surfaces),
+            all(3, &self.lists.lamps),
+            all(11, &casters.rows),
+            all(12, counts),
+        ];
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(marks, clearing(true))],
+            timestamp_writes: self.timer.render("surface_radiance"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
         Ok(())
     }
 
@@ -72,8 +102,32 @@ impl Recorder<'_> {
 
     /// Whether all lamps have tables that the eye may be shown.
     fn has_tables(&self) -> bool {
-        let lamps = &self.context.lamps;
+        let lamps = self.context.direct();
         self.lists.on_grid.is_some() && lamps.iter().all(|lamp| lamp.table.is_some())
+    }
+
+    /// Those of skies, and what stands behind everything.
+    fn skies(&mut self) -> Result<(), Failure> {
+        let lists = self.lists;
+        let Some((tables, backdrops)) = &lists.skies else { return Ok(()) };
+        let pipeline = self.pipeline(Pass::Skies, &[])?;
+        let targets = &self.targets;
+        let lists = [
+            all(0, &self.view),
+            texture(1, &targets.hits),
+            texture(2, &targets.surfaces),
+            all(4, &lists.materials),
+        ];
+        let skies = tables.entries().into_iter().chain(backdrops.entries());
+        let entries: Vec<_> = lists.into_iter().chain(skies).collect();
+        let bind = pipeline.bind(&self.gpu.device, &entries);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[attachment(&targets.radiance, clearing(false))],
+            timestamp_writes: self.timer.render("surface_radiance"),
+            ..Default::default()
+        });
+        draw(&mut pass, &pipeline, &bind, COVER);
+        Ok(())
     }
 
     fn reflect(&mut self, depths: &[Depths], lamps: Range<u32>) -> Result<(), Failure> {
@@ -100,6 +154,7 @@ impl Recorder<'_> {
         entries.extend(lists.on_grid.iter().flat_map(|own| own.tables.entries(8)));
         if let Some((casters, counts)) = &lists.casters {
             entries.extend([all(11, &casters.rows), all(12, counts)]);
+            entries.extend(targets.marks.as_ref().map(|marks| texture(9, marks)));
         }
         entries.extend(depths.iter().map(|Depths { resolution, values }| {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)

@@ -1,7 +1,6 @@
 //! What a layer shows, and its way back: as numbers, or for a screen.
 
 use super::COVER;
-use crate::frame::context::Context;
 use crate::gpu::compose::{Pass, of_layer, of_tonemap};
 use crate::gpu::device::{Failure, Texture};
 use crate::gpu::frame::{Picture, Recorder, all, attachment, clearing, draw, texture};
@@ -51,7 +50,7 @@ impl Recorder<'_> {
 
     /// The picture, and what the passes took.
     pub fn show(mut self) -> Result<(Picture, Times), Failure> {
-        let gpu = self.gpu;
+        let (gpu, is_for_screen) = (self.gpu, self.is_for_screen());
         let device = &gpu.device;
         let picture = self.tonemap()?;
         let copy = gpu.staging.copy(device, &mut self.encoder, &picture)?;
@@ -59,7 +58,7 @@ impl Recorder<'_> {
         let submission = device.submit(self.encoder.finish())?;
         let grid = self.context.grid;
         let count = grid.width * grid.height;
-        let shown = if for_screen(self.context) {
+        let shown = if is_for_screen {
             let mut bytes = Vec::with_capacity(3 * count);
             let push = |row: &[u8]| row.chunks_exact(4).for_each(|rgba| bytes.extend(&rgba[..3]));
             copy.rows(device, &submission, push)?;
@@ -80,7 +79,7 @@ impl Recorder<'_> {
 
     /// The mean of the samples, brought onto a screen if it is for one.
     fn tonemap(&mut self) -> Result<Texture, Failure> {
-        let is_screen = for_screen(self.context);
+        let is_screen = self.is_for_screen();
         let view = &self.context.view;
         let defines = if is_screen { of_tonemap(view.tonemap) } else { &[] };
         let pipeline = self.pipeline(Pass::Tonemap, &[defines])?;
@@ -97,12 +96,12 @@ impl Recorder<'_> {
         drop(pass);
         Ok(picture)
     }
-}
 
-/// Whether radiance is wanted as a screen shows it; other layers' colour maps are not the device's.
-fn for_screen(context: &Context) -> bool {
-    let is_radiance =
-        matches!(context.view.layer, Layer::Beauty | Layer::Airlight | Layer::Surface);
-    // Bands of colour are put together before they are brought onto a screen.
-    context.view.for_screen && is_radiance && context.band.is_none()
+    /// Whether radiance is wanted as a screen shows it; other layers' colour maps are not the device's.
+    fn is_for_screen(&self) -> bool {
+        let view = &self.context.view;
+        let is_radiance = matches!(view.layer, Layer::Beauty | Layer::Airlight | Layer::Surface);
+        // Bands of colour and octaves are put together before they are brought onto a screen.
+        view.for_screen && is_radiance && self.is_whole
+    }
 }
