@@ -27,7 +27,8 @@ fn mark(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     let point = ray.offset + hit.w * ray.direction + casters::LIFT * hit.w * hit.xyz;
     var bits = 0u;
     for (var i = 0u; i < min(arrayLength(&lamps), casters::MARKED); i++) {
-        let is_lit = lamps[i].is_shaded == 0u || !casters::hides(lamps[i], point);
+        let faces = dot(hit.xyz, lamp::way_to(lamps[i], point)) > 0.0;
+        let is_lit = lamps[i].is_shaded == 0u || faces && !casters::hides(lamps[i], point);
         bits |= select(0u, 1u << i, is_lit);
     }
     return bits;

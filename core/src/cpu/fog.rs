@@ -138,6 +138,7 @@ fn add_closed<S: Simd, const THIN: bool>(
             lit.see(simd, start, direction, &light, ends[1]);
         }
         let value = match lit.as_ref().filter(|lit| lit.is_hidden) {
+            Some(lit) if lit.is_dark => one.lit(0.0),
             Some(lit) => {
                 let fog = (one.lit(beta), lamp.source);
                 in_parts::<S, THIN>(simd, lit, fog, &light, cone.as_ref(), ends)
@@ -179,19 +180,19 @@ fn in_parts<S: Simd, const THIN: bool>(
     let [begin, end] =
         if is_far { [first, last] } else { [light.angle_at(first), light.angle_at(last)] };
     let step = (end - begin) * beta.lit(1.0 / PARTS as f64);
-    let (mut from, mut before) = (first, lit.place(simd, light, begin, first));
+    let (mut from, mut before) = (first, lit.look(simd, lit.place(simd, light, begin, first)));
     let mut sum = beta.lit(0.0);
     for part in 1..=PARTS {
         let angle = step.mul_add(beta.lit(part as f64), begin);
         let is_last = part == PARTS;
         let at = if is_far { angle } else { light.t_at(angle) };
         let to = if is_last { last } else { at.max(from).min(last) };
-        let place = lit.place(simd, light, angle, to);
-        let share = lit.share(simd, before, place);
+        let upto = lit.look(simd, lit.place(simd, light, angle, to));
+        let share = upto.share_since(&before);
         if Lanes::<S>::any(share.lit(0.0).lt(share)) {
             sum += share * within::<S, THIN>(beta, source, *light, cone, [from, to]);
         }
-        (from, before) = (to, place);
+        (from, before) = (to, upto);
     }
     sum
 }

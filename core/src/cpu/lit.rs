@@ -18,15 +18,26 @@ const STEADY: f64 = 3.0;
 /// nearly where.
 const AT_END: usize = 2;
 /// A shorter part of a row is as good as a place.
-const SHORT: f32 = 1e-3;
+const SHORT: f64 = 1e-3;
+
+/// How much of its row a ray sees lit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sees {
+    All,
+    Parts,
+    Nothing,
+}
 
 /// What is lit of some rays, one a lane.
 pub struct Lit<'a> {
     shafts: &'a Shafts,
+    /// Unit vectors across the pencil's line, the first one to the middle of its slices.
+    across: [DVec3; 2],
     /// How much of its row each sees lit up to each place, row by row.
     sums: Vec<f32>,
-    /// Whether there is anything that is not lit.
+    /// Whether there is anything that is not lit, and whether nothing is.
     pub is_hidden: bool,
+    pub is_dark: bool,
     /// Where rays start in X, and how it grows along them, where both eye and lamp are far away; else the sine of their
     /// angle to the line, in place of the latter.
     start: Each,
@@ -42,7 +53,14 @@ impl<'a> Lit<'a> {
         let scale = (shafts.bins as f64 / (last - first)) as f32;
         let sums = vec![0.0; PADDED * (shafts.bins + 1)];
         let [start, rate, last] = [[0.0; PADDED]; 3];
-        Self { shafts, sums, is_hidden: false, start, rate, scale, last }
+        let Pencil { ends, across: [right, up], middle, .. } = shafts.pencil;
+        let across = match ends {
+            Ends::Neither => [right, up],
+            _ => {
+                [right * middle.cos() + up * middle.sin(), up * middle.cos() - right * middle.sin()]
+            }
+        };
+        Self { shafts, across, sums, is_hidden: false, is_dark: false, start, rate, scale, last }
     }
 
     /// Looks at rays up to some ray parameters.
@@ -55,36 +73,53 @@ impl<'a> Lit<'a> {
         to: &ToLight<Lanes<S>>,
         t: Lanes<S>,
     ) {
-        let mut rays = [[0.0; PADDED]; 6];
-        let [a, b, c, d, e, f] = &mut rays;
-        start.x.store(a);
-        start.y.store(b);
-        start.z.store(c);
-        direction.x.store(d);
-        direction.y.store(e);
-        direction.z.store(f);
+        let [slice, height] = self.seen(start, direction);
         let mut slices = [[0.0; PADDED]; 2];
-        for lane in 0..Lanes::<S>::COUNT {
-            let get = |i: usize| {
-                DVec3::new(rays[i][lane].into(), rays[i + 1][lane].into(), rays[i + 2][lane].into())
-            };
-            let [slice, height, begin, rate] = seen(&self.shafts.pencil, get(0), get(3));
-            slices[0][lane] = ((slice - self.shafts.first) / self.shafts.step) as f32;
-            slices[1][lane] = height as f32;
-            (self.start[lane], self.rate[lane]) = (begin as f32, rate as f32);
-        }
+        slice.store(&mut slices[0]);
+        height.store(&mut slices[1]);
         let zero = t.lit(0.0);
         let ends =
             [self.place(simd, to, to.first_angle(), zero), self.place(simd, to, to.angle_at(t), t)];
         let mut places = [[0.0; PADDED]; 2];
         ends[0].store(&mut places[0]);
         ends[1].store(&mut places[1]);
-        self.is_hidden = false;
+        (self.is_hidden, self.is_dark) = (false, true);
         for lane in 0..Lanes::<S>::COUNT {
             let ends = [places[0][lane], places[1][lane]];
             self.last[lane] = ends[1];
-            self.is_hidden |= self.sum_up(simd, lane, [slices[0][lane], slices[1][lane]], ends);
+            let sees = self.sum_up(simd, lane, [slices[0][lane], slices[1][lane]], ends);
+            self.is_hidden |= sees != Sees::All;
+            self.is_dark &= sees == Sees::Nothing;
         }
+    }
+
+    /// The slices of rays and their heights; and keeps where they start, and how they move on.
+    #[inline(always)]
+    fn seen<S: Simd>(&mut self, start: V3<Lanes<S>>, direction: V3<Lanes<S>>) -> [Lanes<S>; 2] {
+        let Pencil { ends, origin, axis, middle, .. } = self.shafts.pencil;
+        let like = direction.x;
+        let [right, up] = [V3::lit(like, self.across[0]), V3::lit(like, self.across[1])];
+        let (zero, axis) = (like.lit(0.0), V3::lit(like, axis));
+        let way = if ends == Ends::Lamp { start - V3::lit(like, origin) } else { direction };
+        let (x, y) = (way.dot(right), way.dot(up));
+        let aside = x.mul_add(x, y.squared()).sqrt().max(like.lit(f64::from(f32::MIN_POSITIVE)));
+        let (slice, height, begin, rate) = match ends {
+            Ends::Neither => (
+                start.dot(right) - like.lit(middle),
+                start.dot(axis),
+                start.dot(up),
+                direction.dot(up),
+            ),
+            _ => {
+                let turn = Lanes::angle(y.abs(), x);
+                let slice = Lanes::select(y.lt(zero), -turn, turn);
+                let along = if ends == Ends::Lamp { like.lit(1.0) } else { direction.dot(axis) };
+                (slice, along / aside, zero, aside)
+            }
+        };
+        begin.store(&mut self.start);
+        rate.store(&mut self.rate);
+        [(slice - like.lit(self.shafts.first)) * like.lit(1.0 / self.shafts.step), height]
     }
 
     /// The place in its row of a ray parameter, of which the angle at the lamp is known.
@@ -107,7 +142,7 @@ impl<'a> Lit<'a> {
         (value * Lanes::splat(simd, self.scale)).max(t.lit(0.0)).min(last)
     }
 
-    /// Sums up what of a row a ray sees lit between two places; tells whether some is not.
+    /// Sums up what of a row a ray sees lit between two places.
     #[inline(always)]
     fn sum_up<S: Simd>(
         &mut self,
@@ -115,7 +150,7 @@ impl<'a> Lit<'a> {
         lane: usize,
         [slice, height]: [f32; 2],
         ends: [f32; 2],
-    ) -> bool {
+    ) -> Sees {
         let shafts = self.shafts;
         let place = slice.clamp(0.0, (shafts.slices - 1) as f32);
         let first = (place as usize).min(shafts.slices - 2);
@@ -127,36 +162,44 @@ impl<'a> Lit<'a> {
         let begin = ends[0] as usize / BLOCK;
         let end = (ends[1] as usize / BLOCK).min(shafts.bins / BLOCK - 1);
         let sums = &mut self.sums[lane * (shafts.bins + 1)..][..=shafts.bins];
+        sums[begin * BLOCK] = 0.0;
+        let [one, other] = [shafts.whole(first), shafts.whole(first + 1)];
+        if height >= one[1].max(other[1]) {
+            go_on(&mut sums[begin * BLOCK + 1..=(end + 1) * BLOCK], 0.0, 1.0);
+            return Sees::All;
+        }
+        if height < one[0].min(other[0]) {
+            sums[begin * BLOCK + 1..=(end + 1) * BLOCK].fill(0.0);
+            return Sees::Nothing;
+        }
         let mut sum = 0.0;
         let mut is_hidden = false;
-        sums[begin * BLOCK] = 0.0;
         for block in begin..=end {
             let ([low, high], [lower, higher]) = (ranges[0][block], ranges[1][block]);
+            let upto = &mut sums[block * BLOCK + 1..=(block + 1) * BLOCK];
+            let is_open = height >= high.max(higher);
+            is_hidden |= !is_open;
+            if is_open || height < low.min(lower) {
+                sum = go_on(upto, sum, f32::from(u8::from(is_open)));
+                continue;
+            }
             let mut lit = [0.0f32; BLOCK];
-            if height >= high.max(higher) {
-                lit = [1.0; BLOCK];
-            } else {
-                is_hidden = true;
-                if height >= low.min(lower) {
-                    for at in (0..BLOCK).step_by(Lanes::<S>::COUNT) {
-                        let from = block * BLOCK + at;
-                        let own = lit_of(simd, rows, from, [height, part]);
-                        own.store(&mut lit[at..]);
-                    }
-                }
+            for at in (0..BLOCK).step_by(Lanes::<S>::COUNT) {
+                let own = lit_of(simd, rows, block * BLOCK + at, [height, part]);
+                own.store(&mut lit[at..]);
             }
-            for (sum_to, lit) in sums[block * BLOCK + 1..=(block + 1) * BLOCK].iter_mut().zip(lit) {
-                sum += lit;
-                *sum_to = sum;
-            }
+            sum = add_up(upto, sum, &lit);
         }
         let known = (ends[1] as usize).min(shafts.bins - 1).saturating_sub(AT_END);
         let known = known.max((ends[0] as usize).min(shafts.bins - 1));
         let own = sums[known + 1] - sums[known];
-        for place in known + 1..(end + 1) * BLOCK {
-            sums[place + 1] = sums[place] + own;
+        let upto = sums[known + 1];
+        let sum = go_on(&mut sums[known + 2..=(end + 1) * BLOCK], upto, own);
+        match sum {
+            _ if !is_hidden => Sees::All,
+            0.0 => Sees::Nothing,
+            _ => Sees::Parts,
         }
-        is_hidden
     }
 
     /// Share that is lit between two ray parameters.
@@ -167,27 +210,47 @@ impl<'a> Lit<'a> {
         to: &ToLight<Lanes<S>>,
         [from, until]: [Lanes<S>; 2],
     ) -> Lanes<S> {
-        let begin = self.place(simd, to, to.angle_at(from), from);
-        let end = self.place(simd, to, to.angle_at(until), until);
-        self.share(simd, begin, end)
+        let begin = self.look(simd, self.place(simd, to, to.angle_at(from), from));
+        let end = self.look(simd, self.place(simd, to, to.angle_at(until), until));
+        end.share_since(&begin)
     }
 
-    /// Share that is lit between two places of each row.
+    /// What is lit up to a place of each row.
     #[inline(always)]
-    pub fn share<S: Simd>(&self, simd: S, from: Lanes<S>, to: Lanes<S>) -> Lanes<S> {
-        let mut lanes = [[0.0; PADDED]; 2];
-        from.store(&mut lanes[0]);
-        to.store(&mut lanes[1]);
-        let mut share = [0.0; PADDED];
+    pub fn look<S: Simd>(&self, simd: S, place: Lanes<S>) -> Upto<S> {
+        // Beyond the ray's end stands what another one left.
+        let place = place.min(Lanes::load(simd, &self.last));
+        let [mut places, mut lit, mut sum] = [[0.0; PADDED]; 3];
+        place.store(&mut places);
         for lane in 0..Lanes::<S>::COUNT {
             let sums = &self.sums[lane * (self.shafts.bins + 1)..][..=self.shafts.bins];
-            // Beyond the ray's end stands what another one left.
-            let last = self.last[lane].max(SHORT);
-            let a = lanes[0][lane].min(last - SHORT);
-            let b = lanes[1][lane].min(last).max(a + SHORT);
-            share[lane] = ((sum_at(sums, b) - sum_at(sums, a)) / (b - a)).clamp(0.0, 1.0);
+            let first = (places[lane] as usize).min(sums.len() - 2);
+            lit[lane] = sums[first + 1] - sums[first];
+            sum[lane] = sums[first] + lit[lane] * (places[lane] - first as f32);
         }
-        Lanes::load(simd, &share)
+        Upto { place, lit: Lanes::load(simd, &lit), sum: Lanes::load(simd, &sum) }
+    }
+}
+
+/// What is lit of rows up to some places.
+#[derive(Clone, Copy)]
+pub struct Upto<S: Simd> {
+    place: Lanes<S>,
+    /// How much is there.
+    lit: Lanes<S>,
+    /// How much is before.
+    sum: Lanes<S>,
+}
+
+impl<S: Simd> Upto<S> {
+    /// Share that is lit since a place before.
+    #[inline(always)]
+    pub fn share_since(&self, before: &Self) -> Lanes<S> {
+        let (short, one) = (self.place.lit(SHORT), self.place.lit(1.0));
+        let width = self.place - before.place;
+        let share = (self.sum - before.sum) / width.max(short);
+        let share = Lanes::select(width.lt(short), self.lit, share);
+        share.max(self.place.lit(0.0)).min(one)
     }
 }
 
@@ -209,42 +272,35 @@ impl Reach for Lit<'_> {
         if !self.is_hidden {
             return t.lit(1.0);
         }
-        let place = self.place(simd, light, light.angle_at(t), t);
-        self.share(simd, place, place)
+        self.look(simd, self.place(simd, light, light.angle_at(t), t)).lit
     }
 }
 
-/// The sum up to a place.
+/// Sums of parts that are all as lit, behind a sum; tells the last one.
 #[inline(always)]
-fn sum_at(sums: &[f32], place: f32) -> f32 {
-    let first = (place as usize).min(sums.len() - 2);
-    let part = place - first as f32;
-    sums[first] + (sums[first + 1] - sums[first]) * part
+fn go_on(sums: &mut [f32], before: f32, lit: f32) -> f32 {
+    // Each for itself: none waits for the one before.
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum = before + lit * (i + 1) as f32;
+    }
+    before + lit * sums.len() as f32
 }
 
-/// The slice of a ray and its height; and where it starts, and how it moves on.
-fn seen(pencil: &Pencil, start: DVec3, direction: DVec3) -> [f64; 4] {
-    let Pencil { ends, origin, axis, across: [right, up], middle, .. } = *pencil;
-    let turned = |x: f64, y: f64| {
-        let angle = y.atan2(x) - middle;
-        angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round()
-    };
-    let least = f64::from(f32::MIN_POSITIVE);
-    match ends {
-        Ends::Both | Ends::Eye => {
-            let (x, y) = (direction.dot(right), direction.dot(up));
-            let sine = x.hypot(y);
-            [turned(x, y), direction.dot(axis) / sine.max(least), 0.0, sine]
-        }
-        Ends::Lamp => {
-            let way = start - origin;
-            let (x, y) = (way.dot(right), way.dot(up));
-            [turned(x, y), 1.0 / x.hypot(y).max(least), 0.0, 0.0]
-        }
-        Ends::Neither => {
-            [start.dot(right) - middle, start.dot(axis), start.dot(up), direction.dot(up)]
-        }
+/// Sums of parts behind a sum; tells the last one.
+#[inline(always)]
+fn add_up(sums: &mut [f32], before: f32, lit: &[f32; BLOCK]) -> f32 {
+    /// Parts that are summed up one after the other: chains of four instead of one of sixteen.
+    const CHAIN: usize = 4;
+    let mut sum = before;
+    for (sums, lit) in sums.chunks_exact_mut(CHAIN).zip(lit.chunks_exact(CHAIN)) {
+        let (pair, rest) = (lit[0] + lit[1], lit[2] + lit[3]);
+        sums[0] = sum + lit[0];
+        sums[1] = sum + pair;
+        sums[2] = sum + (pair + lit[2]);
+        sum += pair + rest;
+        sums[3] = sum;
     }
+    sum
 }
 
 /// How much of each part of a row a ray of some height sees lit, between two rows.

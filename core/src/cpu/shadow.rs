@@ -1,7 +1,8 @@
 //! Shadows of surfaces on surfaces: which hits of a batch a lamp does not reach.
 //!
-//! Ways from a batch's points to a lamp run close together, so the hierarchy is walked once for all. What stands near
-//! them is asked of all points in lanes: behind a triangle's plane and within the planes through its sides
+//! Ways from a batch's points to a lamp run close together, so the hierarchy is walked once for all: a node is opened for
+//! those registers of points of which some way meets its box. What stands there
+//! is asked of them in lanes: behind a triangle's plane and within the planes through its sides
 //! and the lamp, which are the same for neighbours to the last bit, so that no light comes through between.
 
 use super::shade::ends;
@@ -30,9 +31,24 @@ pub fn lit(context: &Context, lamp: &Lamp, (rays, hits): (&Rays, &Hits)) -> Opti
     }
     let points = lifted(context, rays, hits);
     let caster = Caster::new(context, 0.0, lamp, rays.count, hits, &points)?;
-    let mut lit = Box::new([1.0; SIZE]);
+    let mut lit = Box::new(facing(lamp, hits, &points));
     caster.cast(context, &points, &mut lit);
+    let unseen = lit.iter_mut().zip(&hits.surface).filter(|(_, surface)| **surface == NOTHING);
+    unseen.for_each(|(lit, _)| *lit = 1.0);
     lit.iter().any(|lit| *lit < 1.0).then_some(lit)
+}
+
+/// 1 where a surface looks at a lamp and may get light of it, else 0.
+fn facing(lamp: &Lamp, hits: &Hits, points: &Rows) -> Row {
+    let light = lamp.from_camera.origin();
+    let faces = |at: usize| {
+        let toward = match light {
+            Origin::At(apex) => apex.as_vec3() - get3(points, at),
+            Origin::Beyond(Beyond { toward, .. }) => toward.as_vec3(),
+        };
+        hits.surface[at] != NOTHING && get3(&hits.normal, at).dot(toward) > 0.0
+    };
+    std::array::from_fn(|at| f32::from(u8::from(faces(at))))
 }
 
 /// Adds what stands for a lamp's shadows to its optical depths.
@@ -71,6 +87,8 @@ pub fn soften(
         for (i, place) in places_within(context, tile, hits, &points, some).enumerate() {
             (0..3).for_each(|k| places[k][i] = place[k]);
         }
+        // What stands behind the last of them is nobody's.
+        seen[WITHIN.len() * some.len()..].fill(0.0);
         caster.cast(context, &places, &mut seen);
         for (at, seen) in some.iter().zip(seen.chunks(WITHIN.len())) {
             lit[*at] = seen.iter().sum::<f32>() / WITHIN.len() as f32;
@@ -177,55 +195,71 @@ impl<'a> Caster<'a> {
 
     /// Takes the light from what is hidden.
     fn cast(&self, context: &Context, points: &Rows, lit: &mut Row) {
-        let (level, geometry) = (context.job.level, self.geometry);
-        for plane in geometry.planes.iter().filter(|plane| geometry.throws(plane.surface)) {
-            let halves = self.of_plane(plane);
-            dispatch!(level, simd => hide_behind(simd, &halves, self.off, points, lit));
+        dispatch!(context.job.level, simd => self.walk(simd, points, lit));
+    }
+
+    #[inline(always)]
+    fn walk<S: Simd>(&self, simd: S, points: &Rows, lit: &mut Row) {
+        let geometry = self.geometry;
+        let planes = geometry.planes.iter().filter(|plane| geometry.throws(plane.surface));
+        for halves in planes.map(|plane| self.of_plane(plane)) {
+            for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+                hide_behind(simd, &halves, self.off, (points, at), lit);
+            }
         }
-        let mut open = [0u32; WAITING];
+        let ways = Ways::new(simd, self, points);
+        let mut open = [(0u32, u64::MAX >> (64 - SIZE / Lanes::<S>::COUNT)); WAITING];
         let mut count = usize::from(!geometry.hierarchy.nodes.is_empty());
         while count > 0 {
             count -= 1;
-            let node = geometry.hierarchy.nodes[open[count] as usize];
+            let (node, asking) = open[count];
+            let node = geometry.hierarchy.nodes[node as usize];
             if !self.meets(node.bounds.min, node.bounds.max) {
                 continue;
             }
+            let bounds = [node.bounds.min, node.bounds.max].map(|end| end.as_dvec3() + self.shift);
+            let met = ways.meeting(simd, bounds, asking, lit);
+            if met == 0 {
+                continue;
+            }
             if node.count == 0 {
-                open[count] = node.first;
-                open[count + 1] = node.first + 1;
+                open[count] = (node.first, met);
+                open[count + 1] = (node.first + 1, met);
                 count += 2;
                 continue;
             }
             let first = node.first as usize;
             for solid in &geometry.solids[first..first + node.count as usize] {
-                self.hide(context, solid, points, lit);
-            }
-            if lit.iter().all(|lit| *lit == 0.0) {
-                return;
+                self.hide(simd, solid, points, met, lit);
             }
         }
     }
 
-    fn hide(&self, context: &Context, solid: &Solid, points: &Rows, lit: &mut Row) {
-        let (level, geometry) = (context.job.level, self.geometry);
+    /// Takes the light from the points of some registers that a solid hides.
+    #[inline(always)]
+    fn hide<S: Simd>(&self, simd: S, solid: &Solid, points: &Rows, asking: u64, lit: &mut Row) {
+        let geometry = self.geometry;
         match *solid {
             Solid::Triangle(at) => {
                 let triangle = &geometry.triangles[at as usize];
+                if !geometry.throws(triangle.surface) {
+                    return;
+                }
                 let Some(halves) = self.of_triangle(triangle) else { return };
-                if geometry.throws(triangle.surface) {
-                    dispatch!(level, simd => hide_behind(simd, &halves, self.off, points, lit));
+                for at in registers::<S>(asking) {
+                    hide_behind(simd, &halves, self.off, (points, at), lit);
                 }
             }
             Solid::Sphere(at) => {
                 let sphere = &geometry.spheres[at as usize];
                 if geometry.throws(sphere.surface) {
-                    dispatch!(level, simd => self.hide_in_ball(simd, sphere, points, lit));
+                    self.hide_in_ball(simd, sphere, points, asking, lit);
                 }
             }
             Solid::Cuboid(at) => {
                 let cuboid = &geometry.cuboids[at as usize];
                 if geometry.throws(cuboid.surface) {
-                    dispatch!(level, simd => self.hide_in_box(simd, cuboid, points, lit));
+                    self.hide_in_box(simd, cuboid, points, asking, lit);
                 }
             }
         }
@@ -250,9 +284,9 @@ impl<'a> Caster<'a> {
             return None;
         }
         let edge = |from: DVec3, to: DVec3| match self.light {
-            Origin::At(apex) => Half::new(-side * (from - apex).cross(to - apex), apex),
+            Origin::At(apex) => Half::through(-side * (from - apex).cross(to - apex), apex),
             Origin::Beyond(Beyond { toward, .. }) => {
-                Half::new(-side * (to - from).cross(toward), from)
+                Half::through(-side * (to - from).cross(toward), from)
             }
         };
         Some([Half::new(-side * face, a), edge(a, b), edge(b, c), edge(c, a)])
@@ -270,11 +304,18 @@ impl<'a> Caster<'a> {
     }
 
     #[inline(always)]
-    fn hide_in_ball<S: Simd>(&self, simd: S, sphere: &Sphere, points: &Rows, lit: &mut Row) {
+    fn hide_in_ball<S: Simd>(
+        &self,
+        simd: S,
+        sphere: &Sphere,
+        points: &Rows,
+        asking: u64,
+        lit: &mut Row,
+    ) {
         let like = Lanes::splat(simd, 0.0);
         let center = V3::lit(like, sphere.center.as_dvec3() + self.shift);
         let radius2 = like.lit(f64::from(sphere.radius).powi(2));
-        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        for at in registers::<S>(asking) {
             let point = load3(simd, points, at);
             let (way, length) = self.way(point);
             let to = center - point;
@@ -290,11 +331,18 @@ impl<'a> Caster<'a> {
     }
 
     #[inline(always)]
-    fn hide_in_box<S: Simd>(&self, simd: S, cuboid: &Cuboid, points: &Rows, lit: &mut Row) {
+    fn hide_in_box<S: Simd>(
+        &self,
+        simd: S,
+        cuboid: &Cuboid,
+        points: &Rows,
+        asking: u64,
+        lit: &mut Row,
+    ) {
         let like = Lanes::splat(simd, 0.0);
         let min = V3::lit(like, cuboid.min.as_dvec3() + self.shift);
         let max = V3::lit(like, cuboid.max.as_dvec3() + self.shift);
-        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+        for at in registers::<S>(asking) {
             let point = load3(simd, points, at);
             let (way, length) = self.way(point);
             let (a, b) = (min - point, max - point);
@@ -360,30 +408,110 @@ impl Half {
     const NONE: Self = Self { normal: [0.0; 3], offset: -1.0 };
 
     fn new(normal: DVec3, on: DVec3) -> Self {
-        let unit = normal.normalize_or_zero();
-        Self { normal: unit.as_vec3().to_array(), offset: -unit.dot(on) as f32 }
+        Self::through(normal.normalize_or_zero(), on)
+    }
+
+    /// The same, but for a scale.
+    fn through(normal: DVec3, on: DVec3) -> Self {
+        Self { normal: normal.as_vec3().to_array(), offset: -normal.dot(on) as f32 }
     }
 }
 
-/// Takes the light from points that lie behind the first plane by some distance, and within the others.
+/// Where the registers begin that have a bit.
+#[inline(always)]
+fn registers<S: Simd>(mut asking: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let register = asking.trailing_zeros() as usize;
+        asking &= asking.wrapping_sub(1);
+        (register < 64).then_some(register * Lanes::<S>::COUNT)
+    })
+}
+
+/// The ways from points to a lamp, by the inverse of their directions: what they meet is told in shares of a way, or in
+/// metres where it has no end.
+struct Ways<'a> {
+    points: &'a Rows,
+    inverse: Rows,
+    end: f64,
+    /// Boxes are larger by this, for rounding [m].
+    room: DVec3,
+}
+
+impl<'a> Ways<'a> {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, caster: &Caster, points: &'a Rows) -> Self {
+        let mut inverse = [[0.0; SIZE]; 3];
+        let end = if matches!(caster.light, Origin::At(_)) { 1.0 } else { 1e20 };
+        for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
+            let point = load3(simd, points, at);
+            let way = match caster.light {
+                Origin::At(apex) => V3::lit(point.x, apex) - point,
+                Origin::Beyond(Beyond { toward, .. }) => V3::lit(point.x, toward),
+            };
+            let [x, y, z] = &mut inverse;
+            inverse_of(way.x).store(&mut x[at..]);
+            inverse_of(way.y).store(&mut y[at..]);
+            inverse_of(way.z).store(&mut z[at..]);
+        }
+        Self { points, inverse, end, room: DVec3::splat(2.0 * caster.off) }
+    }
+
+    /// The registers among some of which a lit point's way meets a box.
+    #[inline(always)]
+    fn meeting<S: Simd>(&self, simd: S, [min, max]: [DVec3; 2], asking: u64, lit: &Row) -> u64 {
+        let zero = Lanes::splat(simd, 0.0);
+        let (min, max) = (V3::lit(zero, min - self.room), V3::lit(zero, max + self.room));
+        let (end, far_away) = (zero.lit(self.end), zero.lit(1e20));
+        let mut met = 0;
+        for at in registers::<S>(asking) {
+            let (point, inverse) = (load3(simd, self.points, at), load3(simd, &self.inverse, at));
+            let (a, b) = (min - point, max - point);
+            let x = ordered(a.x * inverse.x, b.x * inverse.x);
+            let y = ordered(a.y * inverse.y, b.y * inverse.y);
+            let z = ordered(a.z * inverse.z, b.z * inverse.z);
+            let near = x[0].max(y[0]).max(z[0]).max(zero);
+            let far = x[1].min(y[1]).min(z[1]).min(end);
+            // Rounding in the last digits of both.
+            let near = near.min(far_away) * zero.lit(1.0 - 1e-5);
+            let is_met = near.lt(far * zero.lit(1.0 + 1e-5));
+            let own = Lanes::select(is_met, Lanes::load(simd, &lit[at..]), zero);
+            if Lanes::<S>::any(zero.lt(own)) {
+                met |= 1 << (at / Lanes::<S>::COUNT);
+            }
+        }
+        met
+    }
+}
+
+#[inline(always)]
+fn ordered<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> [Lanes<S>; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Its inverse, of none a very large one.
+#[inline(always)]
+fn inverse_of<S: Simd>(way: Lanes<S>) -> Lanes<S> {
+    let tiny = way.lit(1e-25);
+    let way = Lanes::select(way.abs().lt(tiny), tiny, way);
+    way.lit(1.0) / way
+}
+
+/// Takes the light from points of a register that lie behind the first plane by some distance, and within the others.
 #[inline(always)]
 fn hide_behind<S: Simd>(
     simd: S,
     [face, a, b, c]: &[Half; 4],
     off: f64,
-    points: &Rows,
+    (points, at): (&Rows, usize),
     lit: &mut Row,
 ) {
     let zero = Lanes::splat(simd, 0.0);
-    let off = zero.lit(off);
-    for at in (0..SIZE).step_by(Lanes::<S>::COUNT) {
-        let point = load3(simd, points, at);
-        let behind = height(simd, face, point) - off;
-        let within = height(simd, a, point).min(height(simd, b, point)).min(height(simd, c, point));
-        let own = Lanes::load(simd, &lit[at..]);
-        let own = Lanes::select(behind.min(within).lt(zero), own, zero);
-        own.store(&mut lit[at..]);
-    }
+    let point = load3(simd, points, at);
+    let behind = height(simd, face, point) - zero.lit(off);
+    let within = height(simd, a, point).min(height(simd, b, point)).min(height(simd, c, point));
+    let own = Lanes::load(simd, &lit[at..]);
+    let own = Lanes::select(behind.min(within).lt(zero), own, zero);
+    own.store(&mut lit[at..]);
 }
 
 #[inline(always)]

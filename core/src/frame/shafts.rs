@@ -29,6 +29,8 @@ const LEAST_ANGLE: f64 = 1e-4;
 const NEAR: f64 = 0.05;
 /// Bytes of the rows of all lamps of a picture: 64 of them have 700 slices each for a screen.
 const BYTES: usize = 96 << 20;
+/// Slices that a small picture has, too, but for drafts: what it shows is no coarser than a large one's.
+const LEAST: usize = 384;
 /// Triangles that are drawn before the job is asked whether it goes on.
 const WATCHED: usize = 4096;
 /// Slices that one thread draws.
@@ -125,14 +127,6 @@ impl Pencil {
         }
     }
 
-    /// The angle that stands for X, or X itself.
-    fn angle(&self, x: f64) -> f64 {
-        match self.ends {
-            Ends::Neither => x,
-            _ => 1.0f64.atan2(x),
-        }
-    }
-
     fn x(&self, angle: f64) -> f64 {
         match self.ends {
             Ends::Neither => angle,
@@ -169,7 +163,9 @@ impl Fineness {
             Quality::Full => (3072, 1024),
         };
         let fit = BYTES / (size_of::<f32>() * (bins + 2 * BLOCK) * lamps.max(1));
-        let slices = most.min(fit).min(2 * (view.width + view.height) as usize).max(2);
+        let seen = 2 * (view.width + view.height) as usize;
+        let seen = if view.quality == Quality::Full { seen.max(LEAST) } else { seen };
+        let slices = most.min(fit).min(seen).max(2);
         Self { slices, bins }
     }
 }
@@ -193,6 +189,8 @@ pub struct Shafts {
     heights: Vec<f32>,
     /// The least and the largest height of every block, with those of its ends.
     ranges: Vec<[f32; 2]>,
+    /// The same of whole rows.
+    wholes: Vec<[f32; 2]>,
 }
 
 impl Shafts {
@@ -230,6 +228,7 @@ impl Shafts {
             angles,
             heights: Vec::new(),
             ranges: Vec::new(),
+            wholes: Vec::new(),
         };
         shafts.draw(job, geometry, shift)?;
         Ok(shafts)
@@ -251,6 +250,12 @@ impl Shafts {
     pub fn ranges(&self, slice: usize) -> &[[f32; 2]] {
         let blocks = self.bins / BLOCK;
         &self.ranges[slice * blocks..][..blocks]
+    }
+
+    /// The same of a whole row.
+    #[inline(always)]
+    pub fn whole(&self, slice: usize) -> [f32; 2] {
+        self.wholes[slice]
     }
 
     /// All heights.
@@ -296,15 +301,19 @@ impl Shafts {
             }
             Ok::<_, Interrupted>(())
         })?;
+        let none = [f32::INFINITY, f32::NEG_INFINITY];
         let of_block = |row: &[f32], block: usize| {
             let own = &row[1 + block * BLOCK..=1 + (block + 1) * BLOCK];
-            own.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], h| [a.min(*h), b.max(*h)])
+            own.iter().fold(none, |[a, b], h| [a.min(*h), b.max(*h)])
         };
         let blocks = self.bins / BLOCK;
         self.ranges = heights
             .par_chunks(width)
             .flat_map_iter(|row| (0..blocks).map(move |block| of_block(row, block)))
             .collect();
+        let of_row =
+            |row: &[[f32; 2]]| row.iter().fold(none, |[a, b], own| [a.min(own[0]), b.max(own[1])]);
+        self.wholes = self.ranges.chunks(blocks).map(of_row).collect();
         self.heights = heights;
         Ok(())
     }
@@ -391,9 +400,11 @@ impl Shafts {
     }
 }
 
-/// X at the ends of the parts of rows.
+/// X at the ends of the parts of rows, and where slices lie.
 struct Edges {
     x: Vec<f64>,
+    /// Slice by slice the sine and cosine of its angle, or its distance.
+    slices: Vec<[f64; 2]>,
 }
 
 impl Edges {
@@ -404,7 +415,15 @@ impl Edges {
             let angle = first + (last - first) * i as f64 / shafts.bins as f64;
             shafts.pencil.x(angle.clamp(first + least, last - least))
         };
-        Self { x: (0..=shafts.bins).map(x).collect() }
+        let slice = |i: usize| {
+            let at = shafts.angle_of(i) + shafts.pencil.middle;
+            let (sine, cosine) = at.sin_cos();
+            if shafts.pencil.ends == Ends::Neither { [at, 0.0] } else { [sine, cosine] }
+        };
+        Self {
+            x: (0..=shafts.bins).map(x).collect(),
+            slices: (0..shafts.slices).map(slice).collect(),
+        }
     }
 }
 
@@ -498,11 +517,10 @@ impl Facet {
     /// Raises the heights of a row to those of the line in which its slice cuts the triangle.
     fn draw(&self, shafts: &Shafts, edges: &Edges, slice: usize, row: &mut [f32]) {
         let is_plane = shafts.pencil.ends == Ends::Neither;
-        let angle = shafts.angle_of(slice) + shafts.pencil.middle;
-        let (sine, cosine) = angle.sin_cos();
+        let [sine, cosine] = edges.slices[slice];
         // How far corners lie beside the slice, and from the line.
         let side = |place: &Place| match is_plane {
-            true => place.across.x - angle,
+            true => place.across.x - sine,
             false => place.across.y * cosine - place.across.x * sine,
         };
         let away = |place: &Place| match is_plane {
@@ -541,11 +559,25 @@ impl Facet {
     }
 }
 
+/// The angle from 0 to π of a cotangent, to 2e-7: a thousandth of a part of a row (Abramowitz and Stegun 4.4.49).
+fn cotangent(x: f64) -> f64 {
+    let size = x.abs();
+    let is_steep = size < 1.0;
+    let ratio = if is_steep { size } else { 1.0 / size };
+    let t = ratio * ratio;
+    let high = 0.042_909_614 + t * (-0.016_165_737 + t * 0.002_866_225_7);
+    let middle = -0.142_089 + t * (0.106_562_64 + t * (-0.075_289_64 + t * high));
+    let small = ratio * (1.0 + t * (-0.333_331_45 + t * (0.199_935_5 + t * middle)));
+    let acute = if is_steep { FRAC_PI_2 - small } else { small };
+    if x < 0.0 { PI - acute } else { acute }
+}
+
 /// Raises a row to a line between two points of X and H.
 fn draw_line(shafts: &Shafts, edges: &Edges, [a, b]: [[f64; 2]; 2], row: &mut [f32]) {
     let [first, last] = shafts.angles;
     let scale = shafts.bins as f64 / (last - first);
-    let place = |x: f64| (shafts.pencil.angle(x) - first) * scale;
+    let is_plane = shafts.pencil.ends == Ends::Neither;
+    let place = |x: f64| (if is_plane { x } else { cotangent(x) } - first) * scale;
     let (p, q) = (place(a[0]), place(b[0]));
     let begin = (p.min(q) - NEAR).ceil().max(0.0) as usize;
     let end = (p.max(q) + NEAR).floor().min(shafts.bins as f64);

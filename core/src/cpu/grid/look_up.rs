@@ -6,7 +6,7 @@ use super::glow::Glow;
 use super::knots::{EDGES, WITHIN};
 use super::rule::bulk;
 use super::table::{BETA, DEPTH, RATIO, Table};
-use crate::cpu::lit::Lit;
+use crate::cpu::lit::{Lit, Upto};
 use crate::cpu::places::{CONTROL, Member, Samples};
 use crate::frame::context::Lamp;
 use crate::geometry::batch::{Ends, Fogged, Row, load3};
@@ -114,7 +114,9 @@ fn in_lanes<S: Simd>(
                     lit.see(simd, lanes.start, lanes.direction, &to, t);
                 }
                 let lit = lit[slot].as_ref().filter(|lit| lit.is_hidden);
-                if cone.is_some() || lit.is_some() {
+                if lit.is_some_and(|lit| lit.is_dark) {
+                    light = zero;
+                } else if cone.is_some() || lit.is_some() {
                     let parts = Parts { cone: cone.as_ref(), lit };
                     light = whole * around.share(simd, slot, glow, &to, &parts, &along, t);
                 }
@@ -216,6 +218,7 @@ impl<S: Simd> Around<'_, S> {
         let (mut sum, mut whole_sum) = (zero, zero);
         let (mut from, mut angle) = (zero, to.first_angle());
         let mut before = self.value(simd, 0, seen);
+        let mut lit_upto = parts.lit.map(|lit| lit.look(simd, lit.place(simd, to, angle, zero)));
         for k in 0..=along.high {
             let knot = along.place(k).max(from);
             let until = (if k < along.high { knot.min(t) } else { t }).max(from);
@@ -233,7 +236,7 @@ impl<S: Simd> Around<'_, S> {
                 None => [zero, turn],
             };
             if Lanes::<S>::any(a.lt(b)) {
-                let share = parts.share(simd, to, angle, [a, b], [from, until]);
+                let share = parts.share(simd, to, angle, [a, b], [from, until], &mut lit_upto);
                 let lit = glow.over(simd, angle + a, b - a) * share;
                 sum += between([before, next], own, [a / whole, b / whole]) * lit;
             }
@@ -252,7 +255,8 @@ struct Parts<'a, S: Simd> {
 
 impl<S: Simd> Parts<'_, S> {
     /// Share of its light between two angles at it beyond another, which are those of two ray parameters where it is
-    /// far away.
+    /// far away. What is lit up to the first of them is known where no cone cuts a part out, and that up to the second
+    /// is then kept.
     #[inline(always)]
     fn share(
         &self,
@@ -261,16 +265,23 @@ impl<S: Simd> Parts<'_, S> {
         angle: Lanes<S>,
         [a, b]: [Lanes<S>; 2],
         [from, until]: [Lanes<S>; 2],
+        upto: &mut Option<Upto<S>>,
     ) -> Lanes<S> {
         let one = a.lit(1.0);
         let least = a.lit(f64::from(f32::MIN_POSITIVE));
         let width = (b - a).max(least);
         let (a, b) = (angle + a, angle + b);
-        let visible = match self.lit {
-            Some(lit) => {
-                lit.share(simd, lit.place(simd, to, a, from), lit.place(simd, to, b, until))
+        let visible = match (self.lit, upto) {
+            (Some(lit), Some(upto)) => {
+                if self.cone.is_some() {
+                    *upto = lit.look(simd, lit.place(simd, to, a, from));
+                }
+                let next = lit.look(simd, lit.place(simd, to, b, until));
+                let share = next.share_since(upto);
+                *upto = next;
+                share
             }
-            None => one,
+            _ => one,
         };
         match self.cone {
             Some(cone) => visible * (cone.turn([a, b]) / width),
