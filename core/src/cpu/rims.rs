@@ -89,8 +89,7 @@ impl Rims<'_, '_> {
 
     /// The same of a tile that may be one of the strip's; `None` where nothing is hidden.
     fn of_tile(&self, index: usize, slot: usize) -> Option<&Row> {
-        let is_own = self.strip.tiles.contains(&index);
-        if !is_own {
+        if !self.strip.tiles.contains(&index) {
             return None;
         }
         self.seen[self.strip.place(index)].get(slot)?.as_deref()

@@ -7,7 +7,7 @@ use super::device::{Buffer, Device, Failure};
 use super::layout::{
     self, Anchor, Bend, Blob, Extent, Lamp, Material, Scatter, Shape, Smooth, Triangle, View,
 };
-use super::skies::{Backdrops, SkyTables};
+use super::skies::{Backdrops, KeptNumbers, SkyTables};
 use crate::airlight::fogshop2007::Eye;
 use crate::airlight::{Method, sun2005};
 use crate::frame::cache::Cache;
@@ -16,7 +16,6 @@ use crate::frame::light_table::LightTable;
 use crate::frame::lights::light_sides;
 use crate::frame::samples::{self, CENTER};
 use crate::frame::shafts::Shafts;
-use crate::frame::sky_table::SkyTable;
 use crate::frame::tolerance::Fineness;
 use crate::frame::viewpoint::Grid;
 use crate::geometry::{Beyond, Origin};
@@ -36,8 +35,6 @@ use wgpu::{BindingResource, BufferUsages};
 const CUT_OFF: f32 = 1e-5;
 /// The number of the binding that `fogbank::grid::light_table` has for its samples.
 const SAMPLES_BINDING: u32 = 16;
-/// Lights' samples, written one table after the other.
-const SAMPLES: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST);
 /// Optical depth that airlight on the grid may lose of all blobs together.
 const TAILS: f64 = 1e-7;
 
@@ -90,13 +87,7 @@ impl Tables {
             }
         };
         let extents = layout::list(tables().map(extent).collect());
-        let samples = device.buffer(4 * begin.max(1) as u64, SAMPLES)?;
-        let mut at = 0;
-        for table in tables().flatten() {
-            let bytes: &[u8] = bytemuck::cast_slice(table.values());
-            device.queue.write_buffer(&samples.handle, at, bytes);
-            at += bytes.len() as u64;
-        }
+        let samples = device.joined(tables().flatten().map(LightTable::values))?;
         Ok(Self { extents: device.filled(&extents, BufferUsages::STORAGE)?, samples })
     }
 
@@ -171,7 +162,7 @@ pub struct KeptLists {
     casters: Kept<Same<Geometry>, Casters>,
     rows: Kept<Vec<Option<Same<Shafts>>>, Rows>,
     /// Numbers of their tables.
-    pub skies: Kept<Vec<Same<Option<SkyTable>>>, Buffer>,
+    skies: KeptNumbers,
     backdrops: Kept<Vec<Radiance>, Backdrops>,
 }
 
@@ -289,7 +280,7 @@ impl OnGrid {
             tables: kept.tables.get(&lamps, progress, || Tables::new(device, context))?,
             phases: kept.phases.get(&phases, progress, tabulated)?,
             rows: of_lamps(device, kept, context)?,
-            skies: SkyTables::of_fog(device, kept, context)?,
+            skies: SkyTables::of_fog(device, &kept.skies, context)?,
             fineness: Fineness::of(&context.view, context.field),
         })
     }
@@ -402,7 +393,7 @@ fn skies(
     let tables = if context.is_clear {
         SkyTables::clear(device, context)
     } else {
-        SkyTables::of_fog(device, kept, context)
+        SkyTables::of_fog(device, &kept.skies, context)
     };
     let key: Vec<_> = context.skies.iter().map(|sky| sky.radiance.clone()).collect();
     let make = || Backdrops::new(device, context);

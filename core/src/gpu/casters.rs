@@ -8,9 +8,6 @@ use crate::shapes::{Geometry, Solid};
 use glam::{UVec4, Vec3};
 use wgpu::{BindingResource, BufferUsages};
 
-/// Where the numbers of all rows stand, written one lamp after the other.
-const HEIGHTS: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST);
-
 /// Planes, nodes and solids, row by row (`shaders/casters.wgsl`).
 #[derive(Debug)]
 pub struct Casters {
@@ -114,13 +111,7 @@ impl Rows {
             own
         };
         let list = layout::list(of_lamps().map(shaft).collect());
-        let heights = device.buffer(4 * u64::from(place.max(1)), HEIGHTS)?;
-        let mut at = 0;
-        for shafts in of_lamps().flatten() {
-            let bytes: &[u8] = bytemuck::cast_slice(shafts.heights());
-            device.queue.write_buffer(&heights.handle, at, bytes);
-            at += bytes.len() as u64;
-        }
+        let heights = device.joined(of_lamps().flatten().map(Shafts::heights))?;
         Ok(Self { shafts: device.filled(&list, BufferUsages::STORAGE)?, heights })
     }
 }

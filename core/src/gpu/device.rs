@@ -256,6 +256,26 @@ impl Device {
         Ok(buffer)
     }
 
+    /// Lists of numbers that shaders read, one after the other.
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub fn joined<'a>(
+        &self,
+        lists: impl Iterator<Item = &'a [f32]> + Clone,
+    ) -> Result<Buffer, Failure> {
+        let count = lists.clone().map(<[f32]>::len).sum::<usize>().max(1);
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let buffer = self.buffer(4 * count as u64, usage)?;
+        let mut at = 0;
+        for list in lists {
+            let bytes: &[u8] = bytemuck::cast_slice(list);
+            self.queue.write_buffer(&buffer.handle, at, bytes);
+            at += bytes.len() as u64;
+        }
+        Ok(buffer)
+    }
+
     /// A target that shaders read later on.
     ///
     /// # Errors

@@ -349,6 +349,23 @@ pub fn clearing(clears: bool) -> LoadOp<wgpu::Color> {
     if clears { LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { LoadOp::Load }
 }
 
+/// Runs a pass over the whole picture.
+pub fn cover(
+    encoder: &mut wgpu::CommandEncoder,
+    times: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    targets: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+    (pipeline, bind): (&Pipeline, &wgpu::BindGroup),
+) {
+    /// A triangle that covers all of it.
+    const COVER: (u32, u32) = (3, 1);
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: targets,
+        timestamp_writes: times,
+        ..Default::default()
+    });
+    draw(&mut pass, pipeline, bind, COVER);
+}
+
 /// Draws so many vertices and instances.
 pub fn draw(
     pass: &mut wgpu::RenderPass<'_>,

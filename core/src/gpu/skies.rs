@@ -1,18 +1,17 @@
 //! Skies, brought to the device: how bright they are, and the tables of what is left of them in the fog.
 
-use super::buffers::KeptLists;
 use super::device::{Buffer, Device, Failure};
 use super::layout::{self, Backdrop, Table};
 use crate::frame::context::Context;
 use crate::frame::skies::Sky;
 use crate::frame::sky_table::SkyTable;
-use crate::kept::Same;
+use crate::kept::{Kept, Same};
 use glam::{DVec3, UVec3, Vec4};
 use std::sync::Arc;
 use wgpu::{BindingResource, BufferUsages};
 
-/// Numbers of all tables, written one after the other.
-const NUMBERS: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST);
+/// The numbers of tables that a device keeps.
+pub type KeptNumbers = Kept<Vec<Same<Option<SkyTable>>>, Buffer>;
 
 /// The tables of all skies on the device.
 #[derive(Debug)]
@@ -28,11 +27,11 @@ impl SkyTables {
     ///
     /// # Errors
     /// Where there is no memory for them, or the job ends.
-    pub fn of_fog(device: &Device, kept: &KeptLists, context: &Context) -> Result<Self, Failure> {
+    pub fn of_fog(device: &Device, kept: &KeptNumbers, context: &Context) -> Result<Self, Failure> {
         let own = || context.skies.iter().map(|sky| (sky, sky.table.as_ref().as_ref()));
         let key: Vec<_> = context.skies.iter().map(|sky| Same::new(&sky.table)).collect();
-        let make = || numbers(device, own().map(|(_, table)| table));
-        let numbers = kept.skies.get(&key, context.job.progress, make)?;
+        let make = || device.joined(own().filter_map(|(_, table)| table).flat_map(numbers_of));
+        let numbers = kept.get(&key, context.job.progress, make)?;
         Ok(Self { tables: tables(device, context, own())?, numbers })
     }
 
@@ -42,7 +41,8 @@ impl SkyTables {
     /// Where there is no memory for them.
     pub fn clear(device: &Device, context: &Context) -> Result<Self, Failure> {
         let own = || context.skies.iter().map(|sky| (sky, sky.clear.as_ref()));
-        let numbers = Arc::new(numbers(device, own().map(|(_, table)| table))?);
+        let numbers = own().filter_map(|(_, table)| table).flat_map(numbers_of);
+        let numbers = Arc::new(device.joined(numbers)?);
         Ok(Self { tables: tables(device, context, own())?, numbers })
     }
 
@@ -76,24 +76,8 @@ fn tables<'a>(
     device.filled(&layout::list(skies.map(table).collect()), BufferUsages::STORAGE)
 }
 
-fn numbers<'a>(
-    device: &Device,
-    tables: impl Iterator<Item = Option<&'a SkyTable>> + Clone,
-) -> Result<Buffer, Failure> {
-    let lists = || tables.clone().flatten().flat_map(numbers_of);
-    let count = lists().map(<[f32]>::len).sum::<usize>().max(1);
-    let numbers = device.buffer(4 * count as u64, NUMBERS)?;
-    let mut at = 0;
-    for list in lists() {
-        let bytes: &[u8] = bytemuck::cast_slice(list);
-        device.queue.write_buffer(&numbers.handle, at, bytes);
-        at += bytes.len() as u64;
-    }
-    Ok(numbers)
-}
-
 /// All numbers of a table, list by list.
-fn numbers_of(table: &SkyTable) -> impl Iterator<Item = &[f32]> {
+fn numbers_of(table: &SkyTable) -> impl Iterator<Item = &[f32]> + Clone {
     table.knots().iter().map(Vec::as_slice).chain([table.values()])
 }
 

@@ -1,11 +1,10 @@
 //! Fog along view rays, as far as every medium adds its share on its own.
 
-use super::COVER;
 use crate::airlight::Method;
 use crate::gpu::buffers::Noise;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::Failure;
-use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
+use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, cover, texture};
 
 impl Recorder<'_> {
     /// What stands in closed form; clears the fog's target.
@@ -29,12 +28,8 @@ impl Recorder<'_> {
         entries.extend(self.lists.haze());
         entries.extend(rows.iter().flat_map(|rows| rows.entries()));
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(&targets.fog, clearing(true))],
-            timestamp_writes: self.timer.render("haze"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
+        let (times, drawn) = (self.timer.render("haze"), (&*pipeline, &bind));
+        cover(&mut self.encoder, times, &[attachment(&targets.fog, clearing(true))], drawn);
         Ok(())
     }
 

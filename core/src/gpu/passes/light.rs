@@ -1,10 +1,9 @@
 //! What lies between lights and surfaces, and the light that surfaces send on.
 
-use super::COVER;
 use crate::frame::viewpoint::Grid;
 use crate::gpu::compose::Pass;
 use crate::gpu::device::{Buffer, Failure};
-use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, draw, texture};
+use crate::gpu::frame::{Recorder, Resolution, all, attachment, clearing, cover, texture};
 use std::ops::Range;
 use wgpu::BufferUsages;
 
@@ -67,12 +66,8 @@ impl Recorder<'_> {
             all(12, counts),
         ];
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(marks, clearing(true))],
-            timestamp_writes: self.timer.render("surface_radiance"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
+        let (times, drawn) = (self.timer.render("surface_radiance"), (&*pipeline, &bind));
+        cover(&mut self.encoder, times, &[attachment(marks, clearing(true))], drawn);
         Ok(())
     }
 
@@ -121,12 +116,8 @@ impl Recorder<'_> {
         let skies = tables.entries().into_iter().chain(backdrops.entries());
         let entries: Vec<_> = lists.into_iter().chain(skies).collect();
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(&targets.radiance, clearing(false))],
-            timestamp_writes: self.timer.render("surface_radiance"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
+        let (times, drawn) = (self.timer.render("surface_radiance"), (&*pipeline, &bind));
+        cover(&mut self.encoder, times, &[attachment(&targets.radiance, clearing(false))], drawn);
         Ok(())
     }
 
@@ -160,13 +151,13 @@ impl Recorder<'_> {
             all(if *resolution == Resolution::Low { 7 } else { 6 }, values)
         }));
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(&targets.radiance, clearing(lamps.start == 0))],
-            timestamp_writes: self.timer.render("surface_radiance"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
-        drop(pass);
+        let (times, drawn) = (self.timer.render("surface_radiance"), (&*pipeline, &bind));
+        cover(
+            &mut self.encoder,
+            times,
+            &[attachment(&targets.radiance, clearing(lamps.start == 0))],
+            drawn,
+        );
         self.kept.push(span);
         Ok(())
     }

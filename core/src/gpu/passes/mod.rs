@@ -8,6 +8,3 @@ mod surfaces;
 
 #[cfg(test)]
 pub use grid::BLOCK_BYTES;
-
-/// A triangle that covers the whole picture.
-const COVER: (u32, u32) = (3, 1);

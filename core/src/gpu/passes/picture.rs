@@ -1,9 +1,8 @@
 //! What a layer shows, and its way back: as numbers, or for a screen.
 
-use super::COVER;
 use crate::gpu::compose::{Pass, of_layer, of_tonemap};
 use crate::gpu::device::{Failure, Texture};
-use crate::gpu::frame::{Picture, Recorder, all, attachment, clearing, draw, texture};
+use crate::gpu::frame::{Picture, Recorder, all, attachment, clearing, cover, texture};
 use crate::gpu::pipelines::{LIGHT, SCREEN};
 use crate::gpu::timer::Times;
 use crate::request::Layer;
@@ -39,12 +38,8 @@ impl Recorder<'_> {
         let marks = targets.edges.as_ref().filter(|_| is_first);
         let mut attachments = vec![attachment(&targets.sums, clearing(is_first))];
         attachments.extend(marks.map(|marks| attachment(marks, clearing(true))));
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &attachments,
-            timestamp_writes: self.timer.render("composite"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
+        let (times, drawn) = (self.timer.render("composite"), (&*pipeline, &bind));
+        cover(&mut self.encoder, times, &attachments, drawn);
         Ok(())
     }
 
@@ -87,13 +82,8 @@ impl Recorder<'_> {
         let picture = self.gpu.device.target(view.width, view.height, format)?;
         let entries = [all(0, &self.view), texture(1, &self.targets.sums)];
         let bind = pipeline.bind(&self.gpu.device, &entries);
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[attachment(&picture, clearing(true))],
-            timestamp_writes: self.timer.render("tonemap"),
-            ..Default::default()
-        });
-        draw(&mut pass, &pipeline, &bind, COVER);
-        drop(pass);
+        let (times, drawn) = (self.timer.render("tonemap"), (&*pipeline, &bind));
+        cover(&mut self.encoder, times, &[attachment(&picture, clearing(true))], drawn);
         Ok(picture)
     }
 
