@@ -24,10 +24,11 @@ fn mark(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     }
     let hit = textureLoad(hits, pixel, 0);
     let ray = view::ray_of(frame, pixel);
-    let point = ray.offset + hit.w * ray.direction + casters::LIFT * hit.w * hit.xyz;
+    let surface = ray.offset + hit.w * ray.direction;
+    let point = surface + casters::LIFT * hit.w * hit.xyz;
     var bits = 0u;
     for (var i = 0u; i < min(arrayLength(&lamps), casters::MARKED); i++) {
-        let faces = dot(hit.xyz, lamp::way_to(lamps[i], point)) > 0.0;
+        let faces = dot(hit.xyz, lamp::way_to(lamps[i], surface)) > 0.0;
         let is_lit = lamps[i].is_shaded == 0u || faces && !casters::hides(lamps[i], point);
         bits |= select(0u, 1u << i, is_lit);
     }

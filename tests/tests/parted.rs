@@ -165,6 +165,26 @@ fn pictures_and_probes_agree_on_shadows() {
     }
 }
 
+/// A lamp nearer to a floor than the points are above it that ways of light begin at still lights that floor.
+#[test]
+fn a_lamp_just_above_a_floor_lights_it() {
+    let lit = |shadows: bool| {
+        let json = json!({
+            "camera": { "position": [0, 3, 8], "target": [0, 0, 0] },
+            "surfaces": [
+                { "shape": { "kind": "plane" } },
+                { "shape": { "kind": "sphere", "center": [3, 1, 0], "radius": 0.5 } }
+            ],
+            "lights": [{ "kind": "point", "position": [0, 0.002, 0], "intensity": [9, 9, 9], "shadows": shadows }],
+        });
+        let frame = render(&scene(&json), &view(60, 45, Layer::Surface, Quality::Full));
+        frame.pixels.iter().map(|value| f64::from(*value)).sum::<f64>()
+    };
+    // But for what the ball hides.
+    let share = lit(true) / lit(false);
+    assert!(share > 0.9, "{share}");
+}
+
 /// Where a light stands on a corner or within a wall, and for cones as narrow as they get, answers are numbers, and what
 /// is enclosed stays dark.
 #[test]

@@ -42,11 +42,15 @@ pub fn lit(context: &Context, lamp: &Lamp, (rays, hits): (&Rays, &Hits)) -> Opti
 fn facing(lamp: &Lamp, hits: &Hits, points: &Rows) -> Row {
     let light = lamp.from_camera.origin();
     let faces = |at: usize| {
-        let toward = match light {
-            Origin::At(apex) => apex.as_vec3() - get3(points, at),
-            Origin::Beyond(Beyond { toward, .. }) => toward.as_vec3(),
+        let normal = get3(&hits.normal, at);
+        let height = match light {
+            // Above the surface itself: the point is so much above that.
+            Origin::At(apex) => {
+                normal.dot(apex.as_vec3() - get3(points, at)) + LIFT as f32 * hits.length[at]
+            }
+            Origin::Beyond(Beyond { toward, .. }) => normal.dot(toward.as_vec3()),
         };
-        hits.surface[at] != NOTHING && get3(&hits.normal, at).dot(toward) > 0.0
+        hits.surface[at] != NOTHING && height > 0.0
     };
     std::array::from_fn(|at| f32::from(u8::from(faces(at))))
 }
